@@ -8,6 +8,7 @@
 
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
@@ -130,20 +131,19 @@ bool deserves_second_look(const SearchResult& found) {
   return found.probability_none < none_likely && found.hypotheses.front().log_evidence < clear;
 }
 
-Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-             const DiagnoseOptions& options) {
+Look look_at(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
-  Look look{.seen = see(model, measurement, options), .found = {}, .decided = {}, .strain = {}};
+  Look look{.seen = see(model, records, options), .found = {}, .decided = {}, .strain = {}};
   Problem& problem = look.seen.problem;
   const Response& response = *look.seen.response;
   const VectorXd nominal_prediction = problem.predicted;
   const auto search_it = [&] {
-    add_missing_sources(problem, response, model, measurement);
+    add_missing_sources(problem, response, model, records);
     look.found = search(problem, response, machine);
   };
   search_it();
   if (deserves_second_look(look.found)) {
-    problem = make_problem(machine, measurement, *look.seen.observations, response, options,
+    problem = make_problem(machine, records, *look.seen.observations, response, options,
                            other_parameters(problem, look.found));
     search_it();
   }
@@ -173,6 +173,10 @@ bool is_open(const Look& look) {
 /// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there
 /// are any.
 bool leaves_enough(const Observations& seen, double heldout_share) {
+  if (!seen.records.empty()) {
+    return std::all_of(seen.records.begin(), seen.records.end(),
+                       [&](const Observations& record) { return leaves_enough(record, heldout_share); });
+  }
   const double split = split_between(seen, heldout_share);
   const bool gauged = std::any_of(seen.channels.begin(), seen.channels.end(),
                                   [](const ObservedChannel& c) { return !c.is_temperature(); });
@@ -182,26 +186,46 @@ bool leaves_enough(const Observations& seen, double heldout_share) {
   return split > seen.split && most >= least_means;
 }
 
-}  // namespace
+/// Of each record, or of the one.
+template <class Values>
+std::vector<std::string> of_each(Records records, const Values& values_of) {
+  const std::vector<std::string> names = record_names(records);
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < records.size(); ++k)
+    for (const std::string& value : values_of(k)) all.push_back(names[k].empty() ? value : names[k] + ": " + value);
+  return all;
+}
 
-Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-                   const DiagnoseOptions& options) {
+std::string names_of(Records records) {
+  std::vector<std::string> names = record_names(records);
+  if (records.size() == 1) names = {records.front().folder.filename().string()};
+  return core::join(names, ", ");
+}
+
+std::string longer_note(const Observations& open, const Observations& seen) {
+  return fmt::format(
+      "The record until {:.2f} h left the cause open. It was therefore fitted until {:.2f} h, and later data were held "
+      "out.",
+      (open.split - open.start) / core::units::hour, (seen.split - seen.start) / core::units::hour);
+}
+
+Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
   options.validate();
   const mesh::Machine& machine = model.machine;
-  compensation::require_fits(measurement, machine);
-  Look look = look_at(model, measurement, options);
-  const double open_until = look.seen.observations->split;
+  for (const compensation::Measurement& record : records) compensation::require_fits(record, machine);
+  Look look = look_at(model, records, options);
+  std::vector<Observations> open(look.seen.observations->each().begin(), look.seen.observations->each().end());
   DiagnoseOptions more = options;
   more.heldout_share = still_heldout * options.heldout_share;
   const bool longer = is_open(look) && leaves_enough(*look.seen.observations, more.heldout_share);
   // Nothing was judged yet: what the search sees now is not held out any more, the rest is.
-  if (longer) look = look_at(model, measurement, more);
+  if (longer) look = look_at(model, records, more);
   const Response& response = *look.seen.response;
   const Problem& problem = look.seen.problem;
   const SearchResult& found = look.found;
 
   Diagnosis d = std::move(look.decided);
-  d.measurement = measurement.folder.filename().string();
+  d.measurement = names_of(records);
   d.heldout_from_s = problem.observations.split;
   for (RankedCause& cause : d.causes) {
     if (const auto& missing = cause.parameter.missing)
@@ -230,7 +254,9 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     best.refined = true;
     judge(problem, best, d);
   }
-  for (const std::string& doubt : {worsened(d), perhaps_unrecorded(machine, measurement, d)})
+  std::vector<std::string> doubts{worsened(d)};
+  for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
+  for (const std::string& doubt : doubts)
     if (d.verdict == Verdict::explained && !doubt.empty()) leave_open(doubt, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
@@ -239,24 +265,35 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     d.next = next_measurement(problem, model, options.programs, d, options);
   d.detectable = detectability(problem, found);
   d.analysis = analyse(problem, solver::Channels(machine));
-  if (longer) {
-    d.notes.push_back(
-        fmt::format("The record until {:.2f} h left the cause open. It was therefore fitted until {:.2f} h, and later "
-                    "data were held out.",
-                    (open_until - problem.observations.start) / core::units::hour,
-                    (problem.observations.split - problem.observations.start) / core::units::hour));
-  }
+  const Observations& obs = problem.observations;
+  const auto longer_notes = [&](std::size_t k) { return std::vector{longer_note(open[k], obs.each()[k])}; };
+  if (longer)
+    for (std::string& note : of_each(records, longer_notes)) d.notes.push_back(std::move(note));
   if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0) {
     d.notes.push_back(
         fmt::format("The named causes predict held-out data with a chi-square of {:.2f} per value (1 or less: as "
                     "expected); all other parameters keep their fitted values.",
                     look.strain.heldout_chi_square));
   }
-  for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));
+  for (std::string& warning :
+       of_each(records, [&](std::size_t k) { return warnings_of(machine, records[k], obs.each()[k]); }))
+    d.warnings.push_back(std::move(warning));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);
   return d;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+                   const DiagnoseOptions& options) {
+  return diagnose_all(model, Records(&measurement, 1), options);
+}
+
+Diagnosis diagnose(const reduction::ReducedModel& model, std::vector<compensation::Measurement> records,
+                   const DiagnoseOptions& options) {
+  return diagnose_all(model, with_record_names(std::move(records)), options);
 }
 
 }  // namespace thermotwin::diagnosis

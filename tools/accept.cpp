@@ -42,7 +42,8 @@ void require_acceptable(const DiagnoseOptions& options) {
 
 std::string accept_extension(const DiagnoseOptions& options, const fs::path& diagnosis_folder,
                              const diagnosis::Diagnosis& diagnosed, const reduction::ReducedModel& nominal,
-                             const compensation::Measurement& measurement, const diagnosis::DiagnoseOptions& how) {
+                             const std::vector<compensation::Measurement>& records,
+                             const diagnosis::DiagnoseOptions& how) {
   if (diagnosed.extended_machine_text.empty())
     return "accepted: nothing, since no extension is recommended; no case was written\n";
   const solver::Case machine_case = solver::read_case(options.case_path);
@@ -52,15 +53,18 @@ std::string accept_extension(const DiagnoseOptions& options, const fs::path& dia
   const reduction::ReducedModel model = reduction::read_model(extended / "model.rom.h5");
   std::string text = fmt::format("accepted: {} is a copy of the case with the extended machine\n",
                                  (options.accept / "case.toml").string());
-  text += "diagnosed again with the extended model: " + diagnosis::diagnose(model, measurement, how).sentence + "\n";
+  text += "diagnosed again with the extended model: " + diagnosis::diagnose(model, records, how).sentence + "\n";
   compensation::EvaluateOptions settings;
   settings.extended = &model;
   settings.models = {"static_regression"};
-  try {
-    text += "compensation with the nominal and the extended model:\n" +
-            compensation::evaluate(measurement, &nominal, settings).brief();
-  } catch (const core::InputError& error) {
-    text += std::string("compensation was not evaluated: ") + error.what() + "\n";
+  for (const compensation::Measurement& record : records) {
+    const std::string of = records.size() > 1 ? " on " + record.folder.filename().string() : "";
+    try {
+      text += "compensation with the nominal and the extended model" + of + ":\n" +
+              compensation::evaluate(record, &nominal, settings).brief();
+    } catch (const core::InputError& error) {
+      text += "compensation was not evaluated" + of + ": " + error.what() + "\n";
+    }
   }
   return text;
 }

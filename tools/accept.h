@@ -3,6 +3,7 @@
 // diagnose --accept: a copy of the case with the extended machine, diagnosed again, and its gain in compensation.
 
 #include <string>
+#include <vector>
 
 #include "compensation/measurement/measurement.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -19,6 +20,7 @@ void require_acceptable(const DiagnoseOptions& options);
 /// @param diagnosis_folder  with extended/, as written  @return lines for the summary
 std::string accept_extension(const DiagnoseOptions& options, const std::filesystem::path& diagnosis_folder,
                              const diagnosis::Diagnosis& diagnosed, const reduction::ReducedModel& nominal,
-                             const compensation::Measurement& measurement, const diagnosis::DiagnoseOptions& how);
+                             const std::vector<compensation::Measurement>& records,
+                             const diagnosis::DiagnoseOptions& how);
 
 }  // namespace thermotwin::tools

@@ -20,7 +20,8 @@ std::string evaluate_instead(const std::filesystem::path& data) {
          " or thermotwin diagnose --data " + data.string();
 }
 
-/// @throws InputError unless the measurement is one of the machine
+}  // namespace
+
 void require_measured_on(const mesh::Machine& machine, compensation::Measurement& measurement) {
   const bool names_machine =
       std::any_of(measurement.channels.begin(), measurement.channels.end(),
@@ -33,8 +34,6 @@ void require_measured_on(const mesh::Machine& machine, compensation::Measurement
     throw core::InputError(std::string(error.what()) + evaluate_instead(measurement.folder));
   }
 }
-
-}  // namespace
 
 void keep_plausible(compensation::Measurement& measurement, const mesh::PlausibleRange& range) {
   for (const std::string& blanked : compensation::blank_implausible(measurement, range)) core::warn(blanked);

@@ -19,6 +19,9 @@ namespace thermotwin::tools {
 /// Blanks a few temperatures that cannot be and warns of them, see compensation::blank_implausible.
 void keep_plausible(compensation::Measurement& measurement, const mesh::PlausibleRange& range);
 
+/// @param measurement  see keep_plausible  @throws InputError unless it is one of the machine
+void require_measured_on(const mesh::Machine& machine, compensation::Measurement& measurement);
+
 /// The reduced model of the verb; a measurement that does not fit is refused before any long work.
 /// @param measurement  see keep_plausible  @param model  empty: made from the case
 reduction::ReducedModel model_of(compensation::Measurement& measurement, const std::filesystem::path& case_path,

@@ -109,7 +109,8 @@ struct EvaluateOptions : CommonOptions {
   std::vector<std::string> length_study;  ///< model and channel
 };
 struct DiagnoseOptions : CommonOptions {
-  std::filesystem::path case_path, data, model;
+  std::filesystem::path case_path, model;
+  std::vector<std::filesystem::path> data;           ///< one or more records of one machine
   std::filesystem::path accept;                      ///< new folder for the case with the extended machine
   std::optional<double> displacement_error_percent;  ///< absent: of diagnosis::DiagnoseOptions
   std::optional<double> temperature_error_percent;

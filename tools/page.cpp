@@ -14,6 +14,7 @@
 #include "core/file.h"
 #include "core/html_page.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "core/units.h"
 
 namespace thermotwin::tools {
@@ -42,26 +43,28 @@ std::string shell_word(const std::filesystem::path& path) {
 }
 
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
-                                        const std::filesystem::path& data, const std::filesystem::path& model,
-                                        const std::filesystem::path& out) {
+                                        const std::vector<std::filesystem::path>& data,
+                                        const std::filesystem::path& model, const std::filesystem::path& out) {
   const std::string machine = folder.empty() ? "" : " " + shell_word(folder),
                     of_model = model.empty() ? "" : " --model " + shell_word(model);
   const auto command = [&](const char* verb, const std::string& measured, const std::string& more) {
     return fmt::format("thermotwin {}{} --data {}{}{} --out {}", verb, machine, measured, of_model, more,
                        shell_word(out));
   };
+  std::vector<std::string> words;
+  for (const std::filesystem::path& record : data) words.push_back(shell_word(record));
+  const std::string all = core::join(words, " --data "), first = words.front();
   std::vector<core::NextStep> steps;
   const bool extended = !diagnosed.extended_machine_text.empty();
   if (extended && !folder.empty()) {
     steps.push_back({"Accept the corrected machine as a case of its own, and see what compensation gains from it:",
-                     command("diagnose", shell_word(data), " --accept " + shell_word(out / "accepted"))});
+                     command("diagnose", all, " --accept " + shell_word(out / "accepted"))});
   }
   if (extended) {
-    steps.push_back(
-        {"Judge the corrected model beside the nominal one and the fitted ones:",
-         command("evaluate", shell_word(data), " --extended " + shell_word(out / "diagnosis/extended/model.rom.h5"))});
+    steps.push_back({"Judge the corrected model beside the nominal one and the fitted ones:",
+                     command("evaluate", first, " --extended " + shell_word(out / "diagnosis/extended/model.rom.h5"))});
   } else {
-    steps.push_back({"Judge compensation on this measurement:", command("evaluate", shell_word(data), "")});
+    steps.push_back({"Judge compensation on this measurement:", command("evaluate", first, "")});
   }
   steps.push_back({extended ? "After the repair, measure again and confirm that nothing is left:"
                             : "Diagnose a further measurement:",

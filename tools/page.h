@@ -22,10 +22,10 @@ void write_page(const std::filesystem::path& file, const std::function<std::stri
 /// A path as a word of a command line: in quotes where it has other characters than letters, digits and "._-/+".
 std::string shell_word(const std::filesystem::path& path);
 
-/// What may follow a diagnosis. @param folder, model  empty: none was given
+/// What may follow a diagnosis. @param folder, model  empty: none was given  @param data  one or more records
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
-                                        const std::filesystem::path& data, const std::filesystem::path& model,
-                                        const std::filesystem::path& out);
+                                        const std::vector<std::filesystem::path>& data,
+                                        const std::filesystem::path& model, const std::filesystem::path& out);
 
 /// Tables as sections of a page.
 std::string mesh_section(const solver::FullModel& full);

@@ -273,7 +273,7 @@ diagnosis::Diagnosis diagnose_measurement(const solver::Case& machine_case, cons
   diagnosis::write_diagnosis(
       options.out / "diagnosis", diagnosed, model,
       diagnosis::make_scene(full.mesh, diagnosis::marked_causes(diagnosed)),
-      steps_after(diagnosed, options.case_path, data, options.out / "model.rom.h5", options.out));
+      steps_after(diagnosed, options.case_path, {data}, options.out / "model.rom.h5", options.out));
   found.text += fmt::format("diagnosis   {}\n", diagnosed.sentence);
   if (const std::string hidden = hidden_truth(machine_case); !hidden.empty())
     found.text += "            " + hidden + "\n";

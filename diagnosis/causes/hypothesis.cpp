@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "core/error.h"
@@ -51,6 +52,8 @@ void shift_defaults(const Machine& before, Machine& after) {
       after.ambients[i].default_C.value = chain_default(after, after.ambients[i]);
   }
 }
+
+std::string copy_id(const std::string& material, const mesh::BodySpec& body) { return material + "." + body.id; }
 
 /// Bodies of one casting share a material in the file; the cause is one body's.
 mesh::Material& own_material(Machine& machine, mesh::BodySpec& body) {
@@ -106,7 +109,8 @@ double& field(mesh::SensorSpec& sensor, Kind kind) {
   return kind == Kind::sensor_detached ? sensor.air_share : sensor.offset;
 }
 double& field(mesh::ReadingSpec& reading, Kind kind) {
-  return kind == Kind::probe_drift ? reading.drift : kind == Kind::clock_shift ? reading.shift : reading.offset;
+  if (kind == Kind::probe_drift || kind == Kind::sensor_drift) return reading.drift;
+  return kind == Kind::clock_shift ? reading.shift : reading.offset;
 }
 
 /// The row's own key in the table of the item.
@@ -174,9 +178,18 @@ MachineValue volume_value(Machine& machine, const std::string& id, const KindRow
   return {"volume", id, "", "heat_capacity_J_K", &volume.capacity.value};
 }
 
-MachineValue material_value(Machine& machine, const std::string& id, const KindRow& row) {
-  mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, row.name));
-  return value_of(material, "material", material.id, row);
+/// Of one body, or of a material in all its bodies. A body may have got a copy of it before.
+std::vector<MachineValue> material_values(Machine& machine, const std::string& id, const KindRow& row) {
+  const std::vector<const mesh::BodySpec*> bodies = bodies_of_material(machine, id);
+  if (machine.body_index(id) >= 0 || bodies.empty()) {
+    mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, row.name));
+    return {value_of(material, "material", material.id, row)};
+  }
+  std::set<std::string> ids;
+  for (const mesh::BodySpec* body : bodies) ids.insert(body->material);
+  std::vector<MachineValue> values;
+  for (const std::string& material : ids) values.push_back(value_in(machine.materials, "material", material, row));
+  return values;
 }
 
 MachineValue reading_value(Machine& machine, const std::string& id, const KindRow& row) {
@@ -190,14 +203,18 @@ bool guides_chiller(const Machine& machine, const std::string& sensor) {
                      [&](const mesh::CoolantSpec& c) { return c.guide_sensor == sensor; });
 }
 
-/// @param channel  where the reading is recorded
-MachineValue sensor_value(Machine& machine, const std::string& id, const std::string& channel, const KindRow& row) {
-  const MachineValue value = value_in(machine.sensors, "sensor", id, row);
-  if (row.kind != Kind::sensor_offset || !guides_chiller(machine, id)) return value;
-  // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
+/// Of a sensor: offset or drift of what a record shows.
+MachineValue recorded_value(Machine& machine, const std::string& channel, const KindRow& row) {
   MachineValue recorded = reading_value(machine, channel, row);
-  recorded.key = "offset";
+  recorded.key = row.kind == Kind::sensor_drift ? "drift_1_h" : "offset";
   return recorded;
+}
+
+MachineValue sensor_value(Machine& machine, const std::string& id, const Parameter& parameter, const KindRow& row) {
+  const MachineValue value = value_in(machine.sensors, "sensor", id, row);
+  // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
+  const bool recorded = parameter.of_record || (row.kind == Kind::sensor_offset && guides_chiller(machine, id));
+  return recorded ? recorded_value(machine, parameter.where, row) : value;
 }
 
 }  // namespace
@@ -205,7 +222,14 @@ MachineValue sensor_value(Machine& machine, const std::string& id, const std::st
 std::string own_material_id(const Machine& machine, const mesh::BodySpec& body) {
   int users = 0;
   for (const mesh::BodySpec& other : machine.bodies) users += other.material == body.material;
-  return users < 2 ? body.material : body.material + "." + body.id;
+  return users < 2 ? body.material : copy_id(body.material, body);
+}
+
+std::vector<const mesh::BodySpec*> bodies_of_material(const Machine& machine, const std::string& material) {
+  std::vector<const mesh::BodySpec*> bodies;
+  for (const mesh::BodySpec& body : machine.bodies)
+    if (body.material == material || body.material == copy_id(material, body)) bodies.push_back(&body);
+  return bodies;
 }
 
 std::vector<MachineValue> machine_values(Machine& machine, const Parameter& parameter) {
@@ -220,10 +244,10 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
     case Target::segment: return {segment_value(machine, id, row)};
     case Target::volume: return {volume_value(machine, id, row)};
     case Target::exchange: return {exchange_value(machine, id, row)};
-    case Target::body: return {material_value(machine, id, row)};
+    case Target::body: return material_values(machine, id, row);
     case Target::scale: return {axis_value(machine.scales, "scale", id, row)};
     case Target::screw: return {axis_value(machine.screws, "screw", id, row)};
-    case Target::sensor: return {sensor_value(machine, id, parameter.where, row)};
+    case Target::sensor: return {sensor_value(machine, id, parameter, row)};
     case Target::reading: return {reading_value(machine, id, row)};
     case Target::nothing: break;
   }

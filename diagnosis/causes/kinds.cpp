@@ -16,6 +16,7 @@ namespace {
 /// In the order of Kind; README.md shows the same table.
 const std::vector<KindRow>& table() {
   static const char* const channel = "id of a measured channel";
+  static const char* const of_material = "id of a [[body]], or of a [[material]] of several bodies";
   static constexpr double per_hour = 1.0 / core::units::hour;
   using enum Target;
   using enum Sense;
@@ -62,10 +63,10 @@ const std::vector<KindRow>& table() {
        "conductance_W_K", 1, "factor", "1", ratio, 0, 8, 0.01, coefficient},
       {Kind::volume_capacity, "volume_capacity", "id of a [[volume]]", volume, "content_l", 1, "factor", "1", ratio,
        0.1, 6, 0.01, part},
-      {Kind::expansion_coefficient, "expansion_coefficient", "id of a [[body]]", body, "expansion_1_K", 1, "factor",
-       "1", ratio, 0, 4, 0.01, part},
-      {Kind::heat_capacity, "heat_capacity", "id of a [[body]]", body, "specific_heat_J_kgK", 1, "factor", "1", ratio,
-       0.1, 6, 0.01, part},
+      {Kind::expansion_coefficient, "expansion_coefficient", of_material, body, "expansion_1_K", 1, "factor", "1",
+       ratio, 0, 4, 0.01, part},
+      {Kind::heat_capacity, "heat_capacity", of_material, body, "specific_heat_J_kgK", 1, "factor", "1", ratio, 0.1, 6,
+       0.01, part},
       {Kind::scale_expansion, "scale_expansion", "axis of a [[scale]]", scale, "expansion_1_K", 1, "factor", "1", ratio,
        0, 4, 0.01, part},
       {Kind::screw_expansion, "screw_expansion", "axis of a [[screw]]", screw, "expansion_1_K", 1, "factor", "1", ratio,
@@ -85,6 +86,7 @@ const std::vector<KindRow>& table() {
       {Kind::unmeasured_temperature, "unmeasured_temperature", "", nothing, "", 1, "", "", absolute, 0, 0, 0,
        coefficient},
       {Kind::time_constant, "time_constant", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
+      {Kind::other_law, "other_law", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
       {Kind::none, "none", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
       {Kind::unknown, "unknown", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
   };

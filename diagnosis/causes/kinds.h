@@ -41,7 +41,8 @@ enum class Kind {
   clock_shift,
   unmeasured_temperature,  ///< this one and the next of records without a machine, data_hypotheses.h
   time_constant,
-  none,  ///< no cause
+  other_law,  ///< a source or joint that changes in the course of a record: no value of machine.toml has its law
+  none,       ///< no cause
   unknown
 };
 

@@ -32,4 +32,7 @@ double changed_value(double in_file, const Parameter& parameter, double value);
 /// @return the id of the body's own material, or of the copy that it would get
 std::string own_material_id(const mesh::Machine& machine, const mesh::BodySpec& body);
 
+/// @return the bodies that have a material, or a copy of it that own_material_id() names
+std::vector<const mesh::BodySpec*> bodies_of_material(const mesh::Machine& machine, const std::string& material);
+
 }  // namespace thermotwin::diagnosis

@@ -70,11 +70,17 @@ core::Table source_series(const MissingSource& source, double power_W, double st
                           const mesh::Machine& machine) {
   core::Table table;
   table.columns = {"time_s", "power_W", "std_W"};
-  table.values.resize(obs.rows.rows(), 3);
+  if (!obs.records.empty()) table.columns.emplace_back("record");
+  table.values.resize(obs.rows.rows(), std::ssize(table.columns));
   const int channel = solver::Channels(machine).index(source.follows);
-  for (Index s = 0; s < obs.rows.rows(); ++s) {
-    const double size = channel < 0 ? 1.0 : magnitude(obs, channel, s) / source.at;
-    table.values.row(s) << obs.points[s + 1], size * power_W, size * std_W;
+  for (std::size_t k = 0; k < obs.each().size(); ++k) {
+    const Observations& record = obs.each()[k];
+    for (Index s = 0; s < record.rows.rows(); ++s) {
+      const double size = channel < 0 ? 1.0 : magnitude(record, channel, s) / source.at;
+      auto row = table.values.row(record.offset.step + s);
+      row.head<3>() << record.points[s + 1], size * power_W, size * std_W;
+      if (row.size() > 3) row[3] = static_cast<double>(k + 1);
+    }
   }
   return table;
 }

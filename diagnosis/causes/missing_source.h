@@ -19,7 +19,8 @@ mesh::Machine with_missing_source(const mesh::Machine& machine, const Parameter&
 std::string missing_source_text(const mesh::Machine& machine, const Parameter& parameter, double power_W, double std_W,
                                 const std::string& why);
 
-/// @return the power of the source along the measurement: time_s, power_W, std_W at the ends of the steps
+/// @return the power of the source along the measurement: time_s, power_W, std_W at the ends of the steps; of several
+///   records each in its own time, and its number in the column record
 core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& observations,
                           const mesh::Machine& machine);
 

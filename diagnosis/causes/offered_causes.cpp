@@ -11,6 +11,7 @@
 #include "compensation/measurement/channel.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
 
 namespace thermotwin::diagnosis {
@@ -26,6 +27,7 @@ namespace {
 /// coarse mesh makes a contact or a film worse by some percent.
 constexpr double least_source_std = 0.03, least_film_std = 0.05, least_contact_std = 0.10;
 constexpr double least_material_std = 0.01, least_stiffness_std = 0.15;
+constexpr double of_each_body = 0.5;      ///< of a shared material's stated spread: bodies come from several melts
 constexpr double least_offset_std = 0.1;  ///< K, air beside the structure against the channel
 constexpr double exponent_std = 0.03;     ///< of laws of speeds
 constexpr double load_std_W_m2 = 1.0;     ///< lamps and warm neighbours that nobody draws
@@ -171,15 +173,47 @@ void add_volumes(const Machine& machine, const Measurement& measurement, std::ve
   }
 }
 
-/// Expansions, capacities and stiffnesses.
-void add_parts(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
+/// A value of a material is uncertain in all its bodies alike, and in each of them by some of that.
+core::Uncertain of_body(core::Uncertain of_material, bool shared) {
+  if (shared) of_material.std_percent *= of_each_body;
+  return of_material;
+}
+
+/// Of every body, and of the materials that several bodies have.
+void add_materials(const Machine& machine, std::vector<Parameter>& found) {
+  std::set<std::string> growing, storing;  // bodies beside which a material is a cause of its own
+  for (const mesh::Material& material : machine.materials) {
+    if (machine.body_index(material.id) >= 0) continue;  // by its id it would be the body's
+    std::vector<std::string> bodies, elastic;
+    for (const mesh::BodySpec* body : bodies_of_material(machine, material.id)) {
+      bodies.push_back(body->id);
+      if (body->elastic) elastic.push_back(body->id);
+    }
+    if (elastic.size() > 1) {
+      found.push_back(ratio(Kind::expansion_coefficient, material.id, material.expansion, least_material_std, 0.3));
+      growing.insert(elastic.begin(), elastic.end());
+    }
+    if (bodies.size() > 1 && material.specific_heat_table.at.empty()) {
+      found.push_back(ratio(Kind::heat_capacity, material.id, material.specific_heat, least_material_std, 0.3));
+      storing.insert(bodies.begin(), bodies.end());
+    }
+  }
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
-    if (body.elastic)
-      found.push_back(ratio(Kind::expansion_coefficient, body.id, material.expansion, least_material_std, 0.3));
-    if (material.specific_heat_table.at.empty())
-      found.push_back(ratio(Kind::heat_capacity, body.id, material.specific_heat, least_material_std, 0.3));
+    if (body.elastic) {
+      found.push_back(ratio(Kind::expansion_coefficient, body.id,
+                            of_body(material.expansion, growing.count(body.id) > 0), least_material_std, 0.3));
+    }
+    if (material.specific_heat_table.at.empty()) {
+      found.push_back(ratio(Kind::heat_capacity, body.id, of_body(material.specific_heat, storing.count(body.id) > 0),
+                            least_material_std, 0.3));
+    }
   }
+}
+
+/// Expansions, capacities and stiffnesses.
+void add_parts(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
+  add_materials(machine, found);
   for (const mesh::VolumeSpec& volume : machine.volumes) {
     if (balances(volume, measurement))
       found.push_back(ratio(Kind::volume_capacity, volume.id, volume.capacity, least_material_std, 0.5));

@@ -35,6 +35,7 @@ struct Parameter {
   double low = 0, high = 5;                      ///< bounds
   double step = 0.01;                            ///< of the finite difference
   std::string item;                              ///< id in machine.toml that carries the value if `where` is a channel
+  bool of_record = false;                        ///< in one of several records alone: a [[reading]] carries it
   double prior_share = 0;                        ///< share of its kind's prior; 0: equal shares of all places
   std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };

@@ -63,12 +63,26 @@ double largest(const mesh::Machine& machine, const compensation::Channel& input,
   return seen;
 }
 
+/// Inputs that several records have count once.
+std::vector<compensation::MeasuredChannel> recorded_channels(Records records) {
+  std::vector<compensation::MeasuredChannel> channels;
+  for (const compensation::Measurement& record : records) {
+    for (const compensation::MeasuredChannel& channel : record.channels) {
+      const bool known =
+          &record != &records.front() && std::any_of(channels.begin(), channels.end(),
+                                                     [&](const auto& other) { return other.input == channel.input; });
+      if (!known) channels.push_back(channel);
+    }
+  }
+  return channels;
+}
+
 /// Measured speeds, powers and states that change, and the machine being on: what runs all the time. Those that change
 /// alike are one: each of them alone would have to share its probability with the others.
-std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels,
-                                      const compensation::Measurement& measurement, const Observations& obs) {
+std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels, Records records,
+                                      const Observations& obs) {
   std::vector<Followed> found{{"machine.on", 1, 1, VectorXd::Ones(obs.rows.rows()), {}}};
-  for (const compensation::MeasuredChannel& measured : measurement.channels) {
+  for (const compensation::MeasuredChannel& measured : recorded_channels(records)) {
     using compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
     if (channel < 0 || measured.input == "machine.on") continue;
@@ -308,13 +322,13 @@ VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::Reduc
 }  // namespace
 
 void add_missing_sources(Problem& problem, const Response& response, const reduction::ReducedModel& model,
-                         const compensation::Measurement& measurement) {
+                         Records records) {
   const auto& patches = model.patches.items;
   if (patches.empty()) return;
   const mesh::Machine& machine = model.machine;
   const Observations& obs = problem.observations;
   const solver::Channels channels(machine);
-  const std::vector<Followed> inputs = followed_inputs(machine, channels, measurement, obs);
+  const std::vector<Followed> inputs = followed_inputs(machine, channels, records, obs);
   MatrixXd series(obs.rows.rows(), std::ssize(inputs));
   std::size_t all_inputs = 0;
   for (Index j = 0; j < series.cols(); ++j) {

@@ -18,6 +18,6 @@ namespace thermotwin::diagnosis {
 
 /// Adds the best places for each of the best inputs to the parameters and columns of a problem.
 void add_missing_sources(Problem& problem, const Response& response, const reduction::ReducedModel& model,
-                         const compensation::Measurement& measurement);
+                         Records records);
 
 }  // namespace thermotwin::diagnosis

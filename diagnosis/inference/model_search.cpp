@@ -162,8 +162,9 @@ struct Search {
 std::vector<int> visible_candidates(const Search& of, std::vector<int>& invisible) {
   std::vector<int> candidates;
   for (int i = 0; i < std::ssize(of.problem.parameters); ++i) {
-    const double seen = of.white.columns.col(i).norm() * of.problem.parameters[i].cause_std;
-    (seen > visible ? candidates : invisible).push_back(i);
+    const Parameter& p = of.problem.parameters[i];
+    const double seen = of.white.columns.col(i).norm() * p.cause_std;
+    (seen > visible && p.cause_std > p.nominal_std ? candidates : invisible).push_back(i);
   }
   return candidates;
 }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/inference/hypothesis_fit.h"
@@ -59,10 +61,8 @@ LinearEvidence none_in_time(const Problem& problem, const White& white) {
   return {white.columns, white.residual, prior_std};
 }
 
-}  // namespace
-
-Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-         const DiagnoseOptions& options) {
+Seen see_one(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+             const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
   const solver::Channels channels(machine);
   Seen best;
@@ -89,6 +89,21 @@ Seen see(const reduction::ReducedModel& model, const compensation::Measurement& 
     for (const auto& [shown, came] : moved) changes[shown] = came;
   }
   return best;
+}
+
+}  // namespace
+
+Seen see(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
+  if (records.size() == 1) return see_one(model, records.front(), options);
+  DiagnoseOptions alike = options;
+  alike.interval_s = common_interval_s(records, options.interval_s);
+  std::vector<Observations> each;
+  for (const compensation::Measurement& record : records) each.push_back(*see_one(model, record, alike).observations);
+  Seen seen;
+  seen.observations = std::make_unique<const Observations>(joined(std::move(each), record_names(records)));
+  seen.response = std::make_unique<const Response>(model, *seen.observations);
+  seen.problem = make_problem(model.machine, records, *seen.observations, *seen.response, options);
+  return seen;
 }
 
 }  // namespace thermotwin::diagnosis

@@ -20,8 +20,11 @@ struct Seen {
   Problem problem;  ///< about nominal
 };
 
-/// @throws InputError as observe
-Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-         const DiagnoseOptions& options);
+/// @param records  with_record_names()  @throws InputError as observe
+Seen see(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options);
+inline Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+                const DiagnoseOptions& options) {
+  return see(model, Records(&measurement, 1), options);
+}
 
 }  // namespace thermotwin::diagnosis

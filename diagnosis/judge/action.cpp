@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
 
@@ -181,8 +182,21 @@ std::string fluid_action(const RankedCause& cause) {
   }
 }
 
-std::string structure_action(const RankedCause& cause) {
+/// A material in all its bodies: what was ordered, or stands in the file, is to be checked, no single casting.
+std::string material_action(const RankedCause& cause, const std::vector<const mesh::BodySpec*>& bodies) {
+  std::vector<std::string> names;
+  for (const mesh::BodySpec* body : bodies) names.push_back(body->id);
+  return fmt::format("Check the data of material {} ({}): its {} is {:.2g} times as stated in all of them.",
+                     cause.parameter.where, core::join(names),
+                     cause.parameter.kind == Kind::heat_capacity ? "heat capacity" : "expansion", cause.value);
+}
+
+std::string structure_action(const RankedCause& cause, const mesh::Machine& machine) {
   const Parameter& p = cause.parameter;
+  if (row_of(p.kind).target == Target::body && machine.body_index(p.where) < 0) {
+    const std::vector<const mesh::BodySpec*> bodies = bodies_of_material(machine, p.where);
+    if (!bodies.empty()) return material_action(cause, bodies);
+  }
   switch (p.kind) {
     case Kind::contact_conductance:
       return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
@@ -241,7 +255,7 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
     case Target::joint:
     case Target::body:
     case Target::scale:
-    case Target::screw: return structure_action(cause);
+    case Target::screw: return structure_action(cause, model.machine);
     case Target::sensor:
     case Target::reading: return reading_action(cause);
     case Target::nothing: break;
@@ -249,9 +263,27 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
   return "";
 }
 
+namespace {
+
+/// A size that changes in the course of a record.
+std::string law_action(const std::string& where, const mesh::Machine& machine) {
+  if (machine.joint_index(where) >= 0) {
+    return fmt::format("Check {} for loss of preload and hysteresis: its contact changes in the course of the record.",
+                       where);
+  }
+  return fmt::format(
+      "Record the power of {} over time: its heat changes in the course of the record, as of lubricant that thins, "
+      "re-lubrication or a brake.",
+      where);
+}
+
+}  // namespace
+
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model) {
   std::vector<std::string> actions;
   for (const RankedCause& cause : diagnosis.causes) actions.push_back(action_of(cause, model));
+  for (const RankedCause& cause : diagnosis.ambiguous_set)
+    if (cause.parameter.kind == Kind::other_law) actions.push_back(law_action(cause.parameter.where, model.machine));
   if (actions.empty() && !diagnosis.ambiguous_set.empty()) {
     const std::string first = action_of(diagnosis.ambiguous_set.front(), model);
     if (!first.empty()) actions.push_back(first);

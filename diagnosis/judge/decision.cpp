@@ -272,8 +272,24 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     decide_among(problem, causes, found, out);
 }
 
+namespace {
+
+/// One source or joint whose size or distribution has to change in the course of the record: lubricant that thins, a
+/// step in friction, preload that is lost.
+void add_other_law(Diagnosis& out) {
+  const RankedCause& leading = out.causes.front();
+  const Target target = row_of(leading.parameter.kind).target;
+  if (leading.parameter.missing || (target != Target::source && target != Target::joint)) return;
+  RankedCause law = no_parameter(Kind::other_law, leading.probability, leading.log_evidence);
+  law.parameter.where = leading.parameter.where;
+  out.ambiguous_set.insert(out.ambiguous_set.begin(), std::move(law));
+}
+
+}  // namespace
+
 void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {
   if (out.verdict != Verdict::explained) return;
+  const bool alone = out.causes.size() == 1;
   if (strain.freedom > most_freedom) {
     out.strained = fmt::format(
         "its size, heat distribution or lag would have to deviate {:.1f} times as far as expected", strain.freedom);
@@ -282,7 +298,9 @@ void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {
     out.strained = fmt::format("{} would have to deviate by {:.1f} stated standard deviations as well", name_of(other),
                                strain.other);
   }
-  if (!out.strained.empty()) leave_open(out.strained, out);
+  if (out.strained.empty()) return;
+  leave_open(out.strained, out);
+  if (alone && strain.freedom > most_freedom) add_other_law(out);
 }
 
 void leave_open(const std::string& reason, Diagnosis& out) {
@@ -300,8 +318,11 @@ void leave_open(const std::string& reason, Diagnosis& out) {
 }
 
 bool only_unknown_shares(const Diagnosis& d) {
-  return d.verdict == Verdict::ambiguous && d.ambiguous_set.size() == 1 &&
-         d.ambiguous_set.front().parameter.name.empty();
+  const auto nameless = [](const RankedCause& cause) {
+    return cause.parameter.kind == Kind::unknown || cause.parameter.kind == Kind::other_law;
+  };
+  return d.verdict == Verdict::ambiguous && !d.ambiguous_set.empty() &&
+         std::all_of(d.ambiguous_set.begin(), d.ambiguous_set.end(), nameless);
 }
 
 }  // namespace thermotwin::diagnosis

@@ -14,6 +14,7 @@ namespace thermotwin::diagnosis {
 
 struct ChannelResidual {
   std::string id, unit;
+  int record = 0;  ///< number of its record
   double uncertainty = 0, rms_before = 0, rms_after = 0;
   double explained_std = 0;  ///< expected residual from stated uncertainty, discretisation error and noise
   double p_value_white = 0;
@@ -64,6 +65,14 @@ struct Explanation {
   std::optional<double> log_evidence;  ///< against none; of a sum of several there is none
 };
 
+/// One of several records of the machine, in its own time.
+struct DiagnosedRecord {
+  std::string name;
+  double from_s = 0, to_s = 0, heldout_from_s = 0;
+  double rms_before_um = 0, rms_after_um = 0;  ///< of the displacements on its held-out data; 0: it has none
+  Eigen::Index first_row = 0, rows = 0;        ///< of Diagnosis::series
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::unexplained;
   std::vector<Explanation> explanations;  ///< most probable first, the others last; empty without a machine
@@ -80,13 +89,15 @@ struct Diagnosis {
   std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
   std::string strained;              ///< why the named causes alone are implausible; empty: they are not
   NextMeasurement next;
-  std::string measurement;    ///< name of its folder
-  double heldout_from_s = 0;  ///< later data are held out
+  std::string measurement;               ///< name of its folder
+  std::vector<DiagnosedRecord> records;  ///< several ones; empty: there is one
+  double heldout_from_s = 0;             ///< later data are held out
   std::vector<std::string>
       warnings;  ///< for the reader's attention: unrecorded inputs, an uneven initial temperature, ...
   std::vector<std::string> notes;  ///< left-out channels and reasons, initial temperature, ...
   /// Interval means: time_s, `<channel>`, `<channel>_before`, `<channel>_after` (measured minus predicted)
-  /// and `<channel>_std`, the standard deviation expected from stated uncertainty, discretisation error and noise.
+  /// and `<channel>_std`, the standard deviation expected from stated uncertainty, discretisation error and noise. Of
+  /// several records one below the other, each in its own time, and `record`, its number from 1.
   core::Table series;
   std::string extended_machine_text;  ///< empty if nothing is recommended
 };

@@ -40,7 +40,7 @@ template <class Pick>
 Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const Pick& pick) {
   const Observations& obs = problem.observations;
   Squares all{VectorXd::Zero(obs.intervals), VectorXd::Zero(obs.intervals), 0};
-  Index first_interval = obs.intervals;
+  std::vector<Index> first(obs.each().size(), obs.intervals);  // held-out interval of each record
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {
     const ObservedChannel& channel = obs.channels[k];
     if (!pick(channel)) continue;
@@ -50,11 +50,16 @@ Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const
       all.before[interval] += std::pow(problem.measured[row + i] - problem.predicted[row + i], 2);
       all.after[interval] += std::pow(problem.measured[row + i] - predicted[row + i], 2);
       all.count += 1.0;
-      first_interval = std::min(first_interval, interval);
+      first[channel.record] = std::min(first[channel.record], interval);
     }
   }
-  all.before = all.before.tail(obs.intervals - first_interval).eval();
-  all.after = all.after.tail(obs.intervals - first_interval).eval();
+  std::vector<Index> heldout;
+  for (std::size_t r = 0; r < first.size(); ++r) {
+    const Observations& record = obs.each()[r];
+    for (Index i = first[r]; i < record.offset.interval + record.intervals; ++i) heldout.push_back(i);
+  }
+  all.before = all.before(heldout).eval();
+  all.after = all.after(heldout).eval();
   return all;
 }
 
@@ -88,8 +93,26 @@ void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out)
   out.series.source = "residuals.csv";
   out.series.columns = {"time_s"};
   out.series.values.setConstant(obs.intervals, 1 + 4 * channels, std::numeric_limits<double>::quiet_NaN());
-  for (Index i = 0; i < obs.intervals; ++i)
-    out.series.values(i, 0) = std::min(obs.start + obs.interval * (i + 0.5), obs.end);
+  out.records.clear();
+  for (const Observations& record : obs.each()) {
+    for (Index i = 0; i < record.intervals; ++i)
+      out.series.values(record.offset.interval + i, 0) =
+          std::min(record.start + record.interval * (i + 0.5), record.end);
+    if (!obs.records.empty()) {
+      DiagnosedRecord one{.name = record.name, .from_s = record.start, .to_s = record.end};
+      one.heldout_from_s = record.split;
+      one.first_row = record.offset.interval;
+      one.rows = record.intervals;
+      const Squares gauges = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
+        return is_gauge(channel) && channel.record_name == record.name;
+      });
+      if (gauges.count > 0.0) {
+        one.rms_before_um = std::sqrt(gauges.before.sum() / gauges.count);
+        one.rms_after_um = std::sqrt(gauges.after.sum() / gauges.count);
+      }
+      out.records.push_back(std::move(one));
+    }
+  }
   for (Index k = 0; k < channels; ++k) {
     const ObservedChannel& channel = obs.channels[k];
     for (const char* suffix : {"", "_before", "_after", "_std"})
@@ -101,6 +124,14 @@ void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out)
           problem.measured[row + i] - problem.predicted[row + i], problem.measured[row + i] - best.predicted[row + i],
           problem.expected_std[row + i];
     }
+  }
+  if (out.records.empty()) return;
+  out.series.columns.emplace_back("record");
+  out.series.values.conservativeResize(Eigen::NoChange, std::ssize(out.series.columns));
+  for (std::size_t r = 0; r < out.records.size(); ++r) {
+    out.series.values.rightCols(1)
+        .middleRows(out.records[r].first_row, out.records[r].rows)
+        .setConstant(static_cast<double>(r + 1));
   }
 }
 
@@ -127,6 +158,7 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
     ChannelResidual residual;
     residual.id = channel.channel.id;
     residual.unit = channel.channel.unit;
+    residual.record = channel.record;
     residual.uncertainty = channel.channel.uncertainty;
     residual.rms_before = root_mean_square((problem.measured - problem.predicted).segment(first, n));
     residual.rms_after = root_mean_square((problem.measured - best.predicted).segment(first, n));
@@ -200,9 +232,8 @@ bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagn
   if (!sensors_only && gauged) return diagnosis.ci95_low_percent > 0.0;
   const Squares squares = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
     if (!sensors_only) return channel.is_temperature();
-    return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(), [&](const RankedCause& c) {
-      return c.parameter.where == channel.channel.id || c.parameter.where == channel.device();
-    });
+    return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
+                       [&](const RankedCause& c) { return channel.is_called(c.parameter.where); });
   });
   return squares.count > 0 && interval_of(problem, squares).low > 0.0;
 }

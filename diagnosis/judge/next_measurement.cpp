@@ -98,7 +98,8 @@ std::vector<Rival> rivals_of(const Diagnosis& diagnosis) {
       const bool known = std::any_of(rivals.begin(), rivals.end(), [&](const Rival& rival) {
         return rival.parameter.kind == cause.parameter.kind && rival.parameter.where == cause.parameter.where;
       });
-      if (cause.parameter.kind == Kind::unknown || known || rivals.size() >= most) continue;
+      const bool nameless = cause.parameter.kind == Kind::unknown || cause.parameter.kind == Kind::other_law;
+      if (nameless || known || rivals.size() >= most) continue;
       rivals.push_back({cause.parameter, cause.value, cause.probability});
     }
   };

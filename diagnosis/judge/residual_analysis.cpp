@@ -80,13 +80,15 @@ ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const Vect
 
 std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels) {
   const Observations& obs = problem.observations;
-  const InputHistory inputs{channels.names(), obs.points, obs.rows};
+  std::vector<InputHistory> inputs;
+  for (const Observations& record : obs.each()) inputs.push_back({channels.names(), record.points, record.rows});
   std::vector<ResidualAnalysis> all;
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k), n = channel.size();
-    all.push_back(analyse(channel.channel.id, channel.time, (problem.measured - problem.predicted).segment(first, n),
-                          problem.expected_std.segment(first, n), inputs));
+    const VectorXd time = channel.time.array() - obs.each()[channel.record].offset.time;
+    all.push_back(analyse(channel.channel.id, time, (problem.measured - problem.predicted).segment(first, n),
+                          problem.expected_std.segment(first, n), inputs[channel.record]));
   }
   return all;
 }

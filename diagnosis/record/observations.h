@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,12 +33,24 @@ struct ObservedChannel {
     double value;
   };
   std::vector<Weight> weights;  ///< (n x points) sparse
+  int record = 0;               ///< number of its record
+  std::string record_name;      ///< of one of several records; empty: there is one
 
   bool is_temperature() const { return channel.kind == compensation::ChannelKind::temperature; }
   /// A displacement in um, not a rotation.
   bool is_gauge() const { return !is_temperature() && channel.unit == "um"; }
   /// The device with its own clock that it is read by: "temperature" or "displacement".
-  std::string device() const { return is_temperature() ? "temperature" : "displacement"; }
+  std::string device() const {
+    return (record_name.empty() ? "" : record_name + "/") + (is_temperature() ? "temperature" : "displacement");
+  }
+  /// Without the name of its record.
+  std::string plain(const std::string& id) const {
+    return record_name.empty() ? id : id.substr(record_name.size() + 1);
+  }
+  /// Whether the id is that of the channel or of its device, in its record or in all of them.
+  bool is_called(const std::string& id) const {
+    return id == channel.id || id == device() || id == plain(channel.id) || id == plain(device());
+  }
   Eigen::Index size() const { return value.size(); }
   /// @param at_points  (points x m)  @return (n x m)
   Eigen::MatrixXd means(const Eigen::MatrixXd& at_points) const;
@@ -73,6 +86,18 @@ struct Observations {
   double told_row_s = 0;
   std::vector<std::string> left_out;       ///< channels with too few values for a fit
   double start_C = 0, start_spread_K = 0;  ///< median of the first readings; their robust standard deviation
+
+  std::string name;  ///< of one of several records
+  struct Offset {
+    double time = 0;  ///< s, what the common axis adds to the record's own time
+    Eigen::Index interval = 0, step = 0;
+  };
+  Offset offset;  ///< of one of several records: where it begins among all
+  /// Several records that are joined here one after another, each with its own time; empty: this is one record.
+  std::vector<Observations> records;
+  std::span<const Observations> each() const {
+    return records.empty() ? std::span<const Observations>(this, 1) : std::span<const Observations>(records);
+  }
 
   Eigen::Index size() const;        ///< number of means of all channels
   Eigen::VectorXd stacked() const;  ///< measured means, channel after channel

@@ -34,6 +34,20 @@ Json named(const RankedCause& cause, std::size_t number) {
   return json;
 }
 
+/// Of several ones, each in its own time.
+Json records(const Diagnosis& diagnosis) {
+  Json all = Json::array();
+  for (const DiagnosedRecord& record : diagnosis.records) {
+    all.push_back({{"name", record.name},
+                   {"from_s", record.from_s},
+                   {"to_s", record.to_s},
+                   {"heldout_from_s", record.heldout_from_s},
+                   {"heldout_rms_before_um", record.rms_before_um},
+                   {"heldout_rms_after_um", record.rms_after_um}});
+  }
+  return all;
+}
+
 }  // namespace
 
 std::string series_file(std::size_t number) { return "source_" + std::to_string(number) + ".csv"; }
@@ -61,6 +75,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   }
   json["ambiguous_set"] = Json::array();
   for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));
+  if (!diagnosis.records.empty()) json["records"] = records(diagnosis);
   json["residual"]["per_channel"] = Json::array();
   for (const ChannelResidual& channel : diagnosis.residuals) {
     json["residual"]["per_channel"].push_back({{"id", channel.id},
@@ -68,6 +83,8 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                                {"rms_after", channel.rms_after},
                                                {"unit", channel.unit},
                                                {"p_value_white", channel.p_value_white}});
+    if (!diagnosis.records.empty())
+      json["residual"]["per_channel"].back()["record"] = diagnosis.records[channel.record].name;
   }
   json["residual"]["analysis"] = Json::array();
   for (const ResidualAnalysis& a : diagnosis.analysis) {

@@ -234,9 +234,10 @@ std::string sets(const Diagnosis& d) {
     page += "<h2>Causes that this measurement does not distinguish</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set) {
       page += "<li>" +
-              (cause.parameter.kind == Kind::none ? "none: nothing changed"
-               : cause.parameter.name.empty()     ? "an unknown cause"
-                                                  : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
+              (cause.parameter.kind == Kind::none        ? "none: nothing changed"
+               : cause.parameter.kind == Kind::other_law ? "another law of " + core::xml_text(cause.parameter.where)
+               : cause.parameter.name.empty()            ? "an unknown cause"
+                                              : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     }
     page += "</ul></section>\n";
@@ -294,6 +295,37 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
   return page + "</table></section>\n";
 }
 
+/// Several records, or the one.
+std::vector<DiagnosedRecord> each_record(const Diagnosis& d) {
+  if (!d.records.empty()) return d.records;
+  DiagnosedRecord one;
+  one.heldout_from_s = d.heldout_from_s;
+  one.rows = d.series.rows();
+  return {one};
+}
+
+Eigen::VectorXd of_record(const Diagnosis& d, const DiagnosedRecord& record, const std::string& column) {
+  return d.series.column(column).segment(record.first_row, record.rows);
+}
+
+std::string records_table(const Diagnosis& d) {
+  if (d.records.empty()) return "";
+  std::string page =
+      "<h2>Records</h2>\n<section class=\"card scroll\"><p class=\"sub\">One machine, several records: a named cause "
+      "holds in all of them. RMS of the displacements on the held-out end of each</p><table>\n<tr><th>record</th>"
+      "<th class=\"n\">h</th><th class=\"n\">held out from h</th><th class=\"n\">before µm</th><th class=\"n\">after "
+      "µm</th></tr>\n";
+  const auto um = [](double value) { return value > 0.0 ? fmt::format("{:.2f}", value) : std::string("–"); };
+  for (const DiagnosedRecord& record : d.records) {
+    page += fmt::format(
+        "<tr><td>{}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{}</td><td "
+        "class=\"n\">{}</td></tr>\n",
+        core::xml_text(record.name), (record.to_s - record.from_s) / core::units::hour,
+        (record.heldout_from_s - record.from_s) / core::units::hour, um(record.rms_before_um), um(record.rms_after_um));
+  }
+  return page + "</table></section>\n";
+}
+
 std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
       "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"orange\"></i>measured − predicted, "
@@ -303,14 +335,15 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   page += "<span><i class=\"band\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
           ")</span><span><i class=\"shade\"></i>held out</span></div>\n<div class=\"plots\">\n";
   for (const ChannelResidual& r : d.residuals) {
+    const DiagnosedRecord record = each_record(d)[r.record];
     ResidualPlot plot;
     plot.title = r.id;
     plot.unit = residual_unit(r.unit);
-    plot.hours = d.series.column("time_s") / core::units::hour;
-    plot.before = d.series.column(r.id + "_before");
-    plot.after = d.series.column(r.id + "_after");
-    plot.band = 2.0 * d.series.column(r.id + "_std");
-    plot.heldout_from = d.heldout_from_s / core::units::hour;
+    plot.hours = of_record(d, record, "time_s") / core::units::hour;
+    plot.before = of_record(d, record, r.id + "_before");
+    plot.after = of_record(d, record, r.id + "_after");
+    plot.band = 2.0 * of_record(d, record, r.id + "_std");
+    plot.heldout_from = record.heldout_from_s / core::units::hour;
     plot.show_after = after;
     page +=
         fmt::format("<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
@@ -321,20 +354,27 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
 }
 
 std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
-  ResidualMap map;
-  map.hours = d.series.column("time_s") / core::units::hour;
-  map.ratio.resize(map.hours.size(), std::ssize(d.residuals));
-  map.heldout_from = d.heldout_from_s / core::units::hour;
-  for (std::size_t c = 0; c < d.residuals.size(); ++c) {
-    const std::string& id = d.residuals[c].id;
-    map.channels.push_back(id);
-    map.ratio.col(c) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
+  std::string maps;
+  const std::vector<DiagnosedRecord> records = each_record(d);
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    const DiagnosedRecord& record = records[k];
+    ResidualMap map;
+    map.hours = of_record(d, record, "time_s") / core::units::hour;
+    map.heldout_from = record.heldout_from_s / core::units::hour;
+    for (const ChannelResidual& r : d.residuals) {
+      if (r.record != static_cast<int>(k)) continue;
+      map.channels.push_back(r.id);
+      map.ratio.conservativeResize(map.hours.size(), std::ssize(map.channels));
+      map.ratio.rightCols(1) =
+          of_record(d, record, r.id + "_before").cwiseQuotient(of_record(d, record, r.id + "_std").cwiseMax(1e-12));
+    }
+    maps += residual_map_svg(map);
   }
   return "<h2>Residuals at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">Measured minus predicted, "
          "over the standard deviation expected from " +
          wording(d, machine).expected +
          ".<br>Orange: measured above predicted, blue: below, pale: as expected. Right of the line: held out.</p>\n" +
-         residual_map_svg(map) + "</section>\n";
+         maps + "</section>\n";
 }
 
 std::string unit_of(const Diagnosis& d, const std::string& channel) {
@@ -376,8 +416,8 @@ std::string notes(const Diagnosis& d) {
 std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene,
                         const std::vector<core::NextStep>& steps) {
   return core::html_document("Diagnosis of " + wording(d, machine).subject,
-                             headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
-                                 explanations_table(d) + ranking_table(d, machine) + extension(d, machine) +
+                             headline(d, machine) + records_table(d) + overview(d, machine) + scene_html(scene) +
+                                 sets(d) + explanations_table(d) + ranking_table(d, machine) + extension(d, machine) +
                                  plots(d, machine) + channel_table(d, machine) + detectability_table(d) + analysis(d) +
                                  notes(d) + (steps.empty() ? "" : core::html_next_steps(steps)));
 }

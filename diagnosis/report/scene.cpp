@@ -12,6 +12,7 @@
 #include "core/page_text.h"
 #include "core/text.h"
 #include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/report/scene_script.h"
 
@@ -74,7 +75,11 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
     case Target::ambient: add_ambient(machine, cause.where, where); break;
     case Target::coolant:
     case Target::segment: add_coolants(machine, cause, where); break;
-    case Target::body: where.bodies.insert(cause.where); break;
+    case Target::body:
+      where.bodies.insert(cause.where);
+      if (machine.body_index(cause.where) < 0)
+        for (const mesh::BodySpec* body : bodies_of_material(machine, cause.where)) where.bodies.insert(body->id);
+      break;
     case Target::scale:
       for (const mesh::ScaleSpec& scale : machine.scales)
         if (scale.axis == cause.where) where.bodies.insert(scale.carrier);

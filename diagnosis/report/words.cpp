@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "compensation/measurement/channel.h"
 #include "core/text.h"
@@ -53,6 +54,7 @@ std::string extension_in_words(const Diagnosis& d) {
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   if (p.kind == Kind::none) return "the machine as stated";
+  if (p.kind == Kind::other_law) return "another law of " + p.where;
   if (p.name.empty()) return "an unknown cause";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =
@@ -128,8 +130,7 @@ std::string sentence_of(const Diagnosis& d) {
 }
 
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                                     const Problem& problem) {
-  const Observations& obs = problem.observations;
+                                     const Observations& obs) {
   const solver::Channels channels(machine);
   std::vector<std::string> warnings, taken, partial, constant;
   for (const compensation::Channel& input : compensation::channels_of(channels)) {
@@ -192,21 +193,29 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
 void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found,
                const DiagnoseOptions& options, Diagnosis& d) {
   const Observations& obs = problem.observations;
-  if (const double slowest = slowest_time_constant(model, obs); obs.end - obs.start < slowest) {
-    d.notes.push_back(
-        fmt::format("The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h. Effects "
-                    "that slow are hardly observable, and the initial state influences the whole record.",
-                    (obs.end - obs.start) / core::units::hour, slowest / core::units::hour));
+  double longest = 0.0;
+  for (const Observations& record : obs.each()) longest = std::max(longest, record.end - record.start);
+  if (const double slowest = slowest_time_constant(model, obs); longest < slowest) {
+    d.notes.push_back(fmt::format(
+        "The {} of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h. Effects "
+        "that slow are hardly observable, and the initial state influences the whole record.",
+        obs.records.empty() ? "record" : "longest record", longest / core::units::hour, slowest / core::units::hour));
   }
   if (!obs.left_out.empty()) {
     d.notes.push_back("Left out, with fewer than four values in the fitted part: " + core::join(obs.left_out) + ".");
   }
-  d.notes.push_back(fmt::format(
-      "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the others were held out.",
-      obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / core::units::hour));
-  d.notes.push_back(fmt::format(
-      "Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
-      obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
+  for (const Observations& record : obs.each()) {
+    const Index fitted =
+        std::accumulate(record.channels.begin(), record.channels.end(), Index{0},
+                        [](Index sum, const ObservedChannel& channel) { return sum + channel.fitted; });
+    d.notes.push_back(fmt::format(
+        "{}{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the others were held out.",
+        record.name.empty() ? "" : record.name + ": ", record.size(), record.interval, record.channels.size(), fitted,
+        (record.split - record.start) / core::units::hour));
+    d.notes.push_back(fmt::format(
+        "{}Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
+        record.name.empty() ? "" : record.name + ": ", record.start_C, start_std(record)));
+  }
   d.notes.push_back(MeshAllowance(model.machine, model.mesh_error, options).sentence());
   d.notes.push_back(
       fmt::format("Chi-square without a cause: {:.0f} for {} values.", found.chi_square_none, found.fitted));

@@ -20,7 +20,7 @@ std::string percent_text(double percent, int decimals = 0);
 /// @return warnings about a record that may mislead: inputs of the machine that were not recorded, incomplete poses,
 ///   constant readings, an uneven initial temperature, changes between rows that are far apart
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                                     const Problem& problem);
+                                     const Observations& observations);
 
 /// Adds notes on the length of the record, left-out channels, the initial temperature and unobservable causes.
 void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/response/problem.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,8 +10,9 @@
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
-#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/causes/shared_causes.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
@@ -34,9 +37,8 @@ constexpr double measured_air_std_K = 0.1, unmeasured_std_K = 0.3;
 
 /// Surroundings wander: those that nobody measures by their stated uncertainty, air by what a
 /// single sensor in a hall cannot see.
-std::vector<Disturbance> surroundings(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                                      const Observations& obs) {
-  std::vector<Disturbance> all;
+void add_surroundings(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                      const Observations& obs, int record, std::vector<Disturbance>& all) {
   const double duration = obs.end - obs.start;
   for (int a = 0; a < std::ssize(machine.ambients); ++a) {
     const mesh::AmbientSpec& ambient = machine.ambients[a];
@@ -49,10 +51,26 @@ std::vector<Disturbance> surroundings(const mesh::Machine& machine, const compen
     const double width = duration / knots;
     for (int k = 0; k <= knots; ++k) {
       const double peak = obs.start + width * k;
-      all.push_back({a, peak - width, peak, peak + width, std_K});
+      all.push_back({a, peak - width, peak, peak + width, std_K, record});
     }
   }
+}
+
+std::vector<Disturbance> surroundings(const mesh::Machine& machine, Records records, const Observations& obs) {
+  std::vector<Disturbance> all;
+  for (std::size_t k = 0; k < records.size(); ++k)
+    add_surroundings(machine, records[k], obs.each()[k], static_cast<int>(k), all);
   return all;
+}
+
+/// (starts) of each column of Response::Linear::start
+Eigen::VectorXd starts_std(const std::vector<Index>& starts, const Observations& obs) {
+  Eigen::VectorXd std;
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    std.conservativeResize(std.size() + starts[k]);
+    std.tail(starts[k]).setConstant(start_std(obs.each()[k]));
+  }
+  return std;
 }
 
 struct Floor {
@@ -82,8 +100,8 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
 }
 
 bool same_pose(const ObservedChannel& a, const ObservedChannel& b) {
-  return &a != &b && !a.is_temperature() && !b.is_temperature() && a.channel.unit == b.channel.unit &&
-         a.channel.pose_text == b.channel.pose_text;
+  return &a != &b && a.record == b.record && !a.is_temperature() && !b.is_temperature() &&
+         a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
 }
 
 /// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little
@@ -138,7 +156,52 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   return cov;
 }
 
+/// ln of the Bayes factor at which two causes are told apart: that of what counts as identifiable.
+constexpr double told_apart = 5.0;
+
+/// A material that the record does not tell from one of its bodies is no cause beside it, but stays as uncertain as it
+/// is: the other bodies show nothing of it.
+void drop_materials_like_a_body(const mesh::Machine& machine, Problem& problem) {
+  const Whitener whitener(problem.fitted_covariance());
+  Eigen::MatrixXd nuisances;  // white, in units of their prior
+  Eigen::LLT<Eigen::MatrixXd> factor;
+  for (Parameter& material : problem.parameters) {
+    if (row_of(material.kind).target != Target::body || machine.body_index(material.where) >= 0) continue;
+    if (nuisances.size() == 0) {
+      nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
+      factor.compute(Eigen::MatrixXd::Identity(nuisances.cols(), nuisances.cols()) + nuisances.transpose() * nuisances);
+    }
+    // Inner products of white columns less what nuisances take of them; both per unit of their parameters.
+    const auto product = [&](Index a, Index b) {
+      const Eigen::VectorXd left = nuisances.col(a) / problem.prior_std[a],
+                            right = nuisances.col(b) / problem.prior_std[b];
+      const Eigen::VectorXd taken = factor.solve(nuisances.transpose() * right);
+      return left.dot(right) - (nuisances.transpose() * left).dot(taken);
+    };
+    const Index own = &material - problem.parameters.data();
+    const auto log_evidence = [&](Index cause) {
+      const Parameter& p = problem.parameters[cause];
+      const double width = p.cause_std * p.cause_std - problem.prior_std[cause] * problem.prior_std[cause],
+                   square = width * product(cause, cause), seen = product(cause, own) * material.cause_std;
+      return 0.5 * (width * seen * seen / (1.0 + square) - std::log1p(square));
+    };
+    const double of_material = log_evidence(own);
+    for (const mesh::BodySpec* body : bodies_of_material(machine, material.where)) {
+      const auto same = std::find_if(problem.parameters.begin(), problem.parameters.end(), [&](const Parameter& p) {
+        return p.kind == material.kind && p.where == body->id;
+      });
+      if (same == problem.parameters.end()) continue;
+      if (of_material < log_evidence(same - problem.parameters.begin()) + told_apart) {
+        material.cause_std = material.nominal_std;
+        break;
+      }
+    }
+  }
+}
+
 }  // namespace
+
+double start_std(const Observations& record) { return std::hypot(start_std_K, record.start_spread_K); }
 
 Index Problem::first_row(std::size_t channel) const {
   Index row = 0;
@@ -184,25 +247,23 @@ Eigen::VectorXd Problem::moved_around(const std::vector<int>& but) const {
   return moved;
 }
 
-Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options,
-                     const Eigen::VectorXd& around) {
+Problem make_problem(const mesh::Machine& machine, Records records, Observations observations, const Response& response,
+                     const DiagnoseOptions& options, const Eigen::VectorXd& around) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
-  problem.parameters = candidate_parameters(machine, measurement, response.has_parts(), obs.told_row_s);
+  problem.parameters = candidates_of_records(machine, records, obs, response.has_parts());
   // A channel without data shows nothing.
   std::erase_if(problem.parameters, [&](const Parameter& p) {
-    return acts_on_readings(p.kind) && p.where != "temperature" && p.where != "displacement" &&
-           std::none_of(obs.channels.begin(), obs.channels.end(),
-                        [&](const ObservedChannel& c) { return c.channel.id == p.where; });
+    return acts_on_readings(p.kind) && std::none_of(obs.channels.begin(), obs.channels.end(),
+                                                    [&](const ObservedChannel& c) { return c.is_called(p.where); });
   });
   const auto count = std::ssize(problem.parameters);
   problem.nominal.resize(count);
   for (Index i = 0; i < count; ++i) problem.nominal[i] = problem.parameters[i].nominal;
 
   problem.around = around.size() > 0 ? around : Eigen::VectorXd::Zero(count);
-  const std::vector<Disturbance> wander = surroundings(machine, measurement, obs);
+  const std::vector<Disturbance> wander = surroundings(machine, records, obs);
   Response::Linear linear =
       response.linearise(machine, problem.parameters, problem.nominal + problem.around, true, wander);
   problem.measured = obs.stacked();
@@ -218,7 +279,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   problem.columns.leftCols(count) = linear.sensitivity;
   for (Index i = 0; i < count; ++i) problem.prior_std[i] = problem.parameters[i].nominal_std;
   problem.columns.middleCols(count, starts) = linear.start;
-  problem.prior_std.segment(count, starts).setConstant(std::hypot(start_std_K, obs.start_spread_K));
+  problem.prior_std.segment(count, starts) = starts_std(linear.starts, obs);
   problem.columns.middleCols(count + starts, air) = linear.disturbed;
   for (Index k = 0; k < air; ++k) problem.prior_std[count + starts + k] = wander[k].std_K;
   for (Index z = 0; z < std::ssize(zeroed); ++z) {
@@ -239,12 +300,13 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k);
     problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
-                                                    moves_beside(problem, k), obs.start_C, spread,
-                                                    allowance.of(channel), problem.amplitude[k]));
+                                                    moves_beside(problem, k), obs.each()[channel.record].start_C,
+                                                    spread, allowance.of(channel), problem.amplitude[k]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
   problem.expected_std = problem.expected_std.cwiseSqrt();
+  drop_materials_like_a_body(machine, problem);
   return problem;
 }
 

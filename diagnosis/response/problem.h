@@ -6,11 +6,13 @@
 #include <Eigen/Core>
 
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/record/observations.h"
+#include "diagnosis/record/several_records.h"
 #include "diagnosis/response/response.h"
 #include "diagnosis/statistics/covariance.h"
 
@@ -44,9 +46,17 @@ struct Problem {
   Eigen::VectorXd moved_around(const std::vector<int>& but) const;
 };
 
+/// @return the standard deviation of the uniform start of a record, K
+double start_std(const Observations& record);
+
 /// @param around  (parameters) see Problem; empty: linearised at nominal
-Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options,
-                     const Eigen::VectorXd& around = {});
+/// @param records  those of the observations
+Problem make_problem(const mesh::Machine& machine, Records records, Observations observations, const Response& response,
+                     const DiagnoseOptions& options, const Eigen::VectorXd& around = {});
+inline Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                            Observations observations, const Response& response, const DiagnoseOptions& options,
+                            const Eigen::VectorXd& around = {}) {
+  return make_problem(machine, Records(&measurement, 1), std::move(observations), response, options, around);
+}
 
 }  // namespace thermotwin::diagnosis

@@ -18,6 +18,7 @@ struct Disturbance {
   int ambient = 0;                    ///< index into Machine::ambients
   double from = 0, peak = 0, to = 0;  ///< s
   double std_K = 0;                   ///< how much of it is expected
+  int record = 0;                     ///< in which of several records, in its own time
 };
 
 /// A machine beside the one that is run; what differs in matrices, empty where nothing does.

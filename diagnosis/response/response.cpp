@@ -48,6 +48,34 @@ Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose
   return sides;
 }
 
+/// Of each record, below each other; columns that one has fewer of are zero.
+template <class Responses, class Values>
+MatrixXd below(const Responses& responses, const Values& values_of) {
+  MatrixXd all;
+  for (const auto& one : responses) {
+    const MatrixXd values = values_of(one);
+    const Index rows = all.rows(), columns = all.cols();
+    all.conservativeResize(rows + values.rows(), std::max(columns, values.cols()));
+    all.bottomRows(values.rows()).setZero();
+    all.rightCols(all.cols() - columns).setZero();
+    all.bottomLeftCorner(values.rows(), values.cols()) = values;
+  }
+  return all;
+}
+
+/// Each in rows and columns of its own.
+MatrixXd blocks(const std::vector<MatrixXd>& parts) {
+  MatrixXd all;
+  for (const MatrixXd& part : parts) {
+    const Index rows = all.rows(), columns = all.cols();
+    MatrixXd both = MatrixXd::Zero(rows + part.rows(), columns + part.cols());
+    both.topLeftCorner(rows, columns) = all;
+    both.bottomRightCorner(part.rows(), part.cols()) = part;
+    all = std::move(both);
+  }
+  return all;
+}
+
 }  // namespace
 
 mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
@@ -84,9 +112,16 @@ MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
 
 Response::Response(const reduction::ReducedModel& model, const Observations& observations)
     : model_(model),
-      observations_(observations),
-      rows_(observed_rows()) {
+      observations_(observations) {
+  for (const Observations& record : observations.records) each_.emplace_back(model, record);
+  if (!each_.empty()) return;
+  rows_ = observed_rows();
   set_air();
+}
+
+MatrixXd Response::nominal_rows() const {
+  if (!each_.empty()) return below(each_, [](const Response& one) { return one.nominal_rows(); });
+  return rows_.base.topRows(std::ssize(observations_.channels));
 }
 
 void Response::set_air() {
@@ -184,6 +219,12 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Va
 }
 
 MatrixXd Response::to_heat(const mesh::Machine& machine, const MatrixXd& loads, const MatrixXd& series) const {
+  if (!each_.empty()) {
+    return below(each_, [&](const Response& one) {
+      const Observations& record = one.observations_;
+      return one.to_heat(machine, loads, series.middleRows(record.offset.step, record.rows.rows()));
+    });
+  }
   const MatrixXd rows = rows_of(rows_, part_changes(model_.machine, machine)), capacity = capacity_of(machine);
   const std::vector<MatrixXd> values = propagate_heat({model_, observations_, machine, rows, capacity}, loads, series);
   // Of differences: what a reading adds drops out, what it delays does not.
@@ -204,7 +245,12 @@ MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states)
       const int sensor = machine.sensor_index(observed.channel.sensor);
       values = sensor_readings(machine.sensors[sensor], observations_.points, air_beside(sensor, states), values);
     }
-    result.col(k) = recorded(machine, observed.channel.id, observed.device(), observations_.points, std::move(values));
+    values = recorded(machine, observed.channel.id, observed.device(), observations_.points, std::move(values));
+    if (!observed.record_name.empty()) {  // what holds in all records
+      values = recorded(machine, observed.plain(observed.channel.id), observed.plain(observed.device()),
+                        observations_.points, std::move(values));
+    }
+    result.col(k) = values;
   }
   return result;
 }
@@ -223,21 +269,56 @@ VectorXd Response::stack(const MatrixXd& at_points) const {
 MatrixXd Response::at_points(const mesh::Machine& machine) const { return records(machine, states(machine)); }
 
 MatrixXd Response::states(const mesh::Machine& machine) const {
+  if (!each_.empty()) return below(each_, [&](const Response& one) { return one.states(machine); });
   std::vector<Variant> none;
   return run(machine, none, rows_).front();
 }
 
 VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) const {
+  if (!each_.empty()) {
+    Index row = 0;
+    return below(each_, [&](const Response& one) {
+      const Index points = one.observations_.points.size(), columns = one.rows_.base.rows();
+      row += points;
+      return MatrixXd(one.read(machine, states.block(row - points, 0, points, columns)));
+    });
+  }
   return stack(records(machine, states));
 }
 
-VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
+VectorXd Response::predict(const mesh::Machine& machine) const { return read(machine, states(machine)); }
+
+Response::Linear Response::linearise_each(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                                          const VectorXd& values, bool with_record,
+                                          const std::vector<Disturbance>& disturbances, bool with_spread) const {
+  std::vector<Linear> linear;
+  std::vector<MatrixXd> start, held, disturbed;
+  Linear all;
+  for (const Response& one : each_) {
+    std::vector<Disturbance> own;
+    for (const Disturbance& disturbance : disturbances)
+      if (disturbance.record == std::ssize(linear)) own.push_back(disturbance);
+    linear.push_back(one.linearise(base, parameters, values, with_record, own, with_spread));
+    start.push_back(std::move(linear.back().start));
+    held.push_back(std::move(linear.back().held));
+    disturbed.push_back(std::move(linear.back().disturbed));
+    all.starts.push_back(start.back().cols());
+  }
+  all.predicted = below(linear, [](const Linear& one) { return MatrixXd(one.predicted); });
+  all.sensitivity = below(linear, [](const Linear& one) { return one.sensitivity; });
+  if (with_spread) all.spread = below(linear, [](const Linear& one) { return one.spread; });
+  all.start = blocks(start);
+  all.held = blocks(held);
+  all.disturbed = blocks(disturbed);
+  return all;
+}
 
 Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
                                      const VectorXd& values, bool with_record,
                                      const std::vector<Disturbance>& disturbances, bool with_spread) const {
   const Index count = std::ssize(parameters);
   assert(values.size() == count);
+  if (!each_.empty()) return linearise_each(base, parameters, values, with_record, disturbances, with_spread);
   const mesh::Machine machine = with_parameters(base, parameters, values);
   std::vector<Variant> variants;
   struct Reading {
@@ -300,6 +381,7 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   result.sensitivity = columns.leftCols(count);
   result.disturbed = columns.middleCols(count, std::ssize(disturbances));
   result.start = columns.middleCols(total - held - starts, starts);
+  result.starts = {starts};
   result.held = columns.middleCols(total - held, held);
   if (with_spread) result.spread = columns.rightCols(count);
   return result;
@@ -322,6 +404,7 @@ MatrixXd Response::spread_heat() const {
 }
 
 MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
+  if (!each_.empty()) return below(each_, [&](const Response& one) { return one.elsewhere(machine, poses); });
   const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
   MatrixXd rows(sensors + 3 * std::ssize(poses), r);
   rows.topRows(sensors) = model_.system.sensors.topRows(sensors);

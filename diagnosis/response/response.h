@@ -8,7 +8,8 @@
 // predicted. All tangents share the factors of A with the prediction: sixty of them cost little more
 // than one run. p, q, p', q' are those of solver::OperatingModel for the machine and its variants,
 // each with its own chillers in the loop. What changes readings only (readings.h) needs no run; heat
-// capacities and output rows change by reduction::Parts, where the model has them.
+// capacities and output rows change by reduction::Parts, where the model has them. Several records of one machine run
+// one by one; what each begins with and when its inputs changed has columns of its own.
 
 #include <Eigen/Core>
 
@@ -42,7 +43,7 @@ public:
   bool has_parts() const { return model_.parts.has_value(); }
   const std::optional<reduction::MeshError>& mesh_error() const { return model_.mesh_error; }
   /// (observed channels x r) of the model's own machine
-  Eigen::MatrixXd nominal_rows() const { return rows_.base.topRows(std::ssize(observations_.channels)); }
+  Eigen::MatrixXd nominal_rows() const;
 
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
@@ -55,6 +56,7 @@ public:
     /// (observations x parameters) what each parameter's heat changes when it enters spread, see spread_heat(),
     /// instead of where the machine says, per unit; zero for what adds no heat. Empty if not asked for.
     Eigen::MatrixXd spread;
+    std::vector<Eigen::Index> starts;  ///< (records) columns of `start` of each
   };
 
   /// @param base        machine that the parameters change
@@ -75,11 +77,11 @@ public:
   Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads,
                           const Eigen::MatrixXd& series) const;
   /// The run of a machine, (points x observed channels and volumes), and what a machine whose readings differ makes
-  /// of it, (observations): many faulty sensors and clocks for one run.
+  /// of it, (observations): many faulty sensors and clocks for one run. Several records lie below each other.
   Eigen::MatrixXd states(const mesh::Machine& machine) const;
   Eigen::VectorXd read(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
 
-  /// Predicted readings (degC) or displacements (um, um/m) at the ends of the steps.
+  /// Predicted readings (degC) or displacements (um, um/m) at the ends of the steps of a single record.
   Eigen::MatrixXd at_points(const mesh::Machine& machine) const;
 
   /// Values of all sensors (degC) and of dx dy dz (um) at the given poses along the measurement's
@@ -104,10 +106,15 @@ private:
 
   const reduction::ReducedModel& model_;
   const Observations& observations_;
+  /// linearise() of each record, below each other.
+  Linear linearise_each(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                        const Eigen::VectorXd& values, bool with_record, const std::vector<Disturbance>& disturbances,
+                        bool with_spread) const;
   void set_air();
   /// Temperature of the air beside a sensor, degC. @param states  as in records()
   Eigen::VectorXd air_beside(int sensor, const Eigen::MatrixXd& states) const;
 
+  std::vector<Response> each_;   ///< of several records; empty: there is one, and what follows is of it
   Rows rows_;                    ///< (observed channels and volumes x r)
   Eigen::MatrixXd air_;          ///< (points x ambients of those sensors) degC
   std::vector<int> of_ambient_;  ///< (sensors) column of air_, or -1: a volume

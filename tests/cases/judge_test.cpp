@@ -171,6 +171,34 @@ TEST(Diagnose, AMeshErrorNeedsAMesh) {
   EXPECT_SAYS(negative.err, "--temperature-error");
 }
 
+TEST(Diagnose, SeveralRecordsAreOneQuestion) {
+  const Toy toy;
+  toy.take_measurement();
+  std::filesystem::rename(toy.file("measurement"), toy.file("monday"));
+  std::filesystem::copy(toy.file("monday"), toy.file("friday"));
+  const std::string model = (toy_run() / "model.rom.h5").string();
+  const Result both = toy.run({"diagnose", "--data", toy.file("monday"), toy.path(), "--data", toy.file("friday"),
+                               "--model", model, "--json", "--accept", toy.file("accepted")});
+  ASSERT_EQ(both.status, 0) << both.err;
+  const json d = json::parse(both.out), one = json::parse(read(toy_run() / "diagnosis/diagnosis.json"));
+  EXPECT_EQ(d["verdict"], "explained") << both.out;
+  ASSERT_EQ(d["records"].size(), 2U);
+  EXPECT_EQ(d["records"][0]["name"], "monday");
+  EXPECT_EQ(d["causes"][0]["where"], one["causes"][0]["where"]);
+  EXPECT_EQ(d["residual"]["per_channel"].size(), 2 * one["residual"]["per_channel"].size());
+  EXPECT_SAYS(read(toy.result("diagnosis/report.html")), "<h2>Records</h2>");
+  EXPECT_SAYS(read(toy.result("diagnosis/report.html")),
+              "--data " + toy.file("monday") + " --data " + toy.file("friday"));
+
+  const Result twice =
+      toy.run({"diagnose", toy.path(), "--data", toy.file("monday"), "--data", toy.file("monday"), "--model", model});
+  EXPECT_EQ(twice.status, 3);
+  for (const char* words : {"--data", "the same record twice", "each record once"}) EXPECT_SAYS(twice.err, words);
+  const Result bare = toy.run({"diagnose", "--data", toy.file("monday"), "--data", toy.file("friday")});
+  EXPECT_EQ(bare.status, 2);
+  EXPECT_SAYS(bare.err, "they need a CASE or --model");
+}
+
 TEST(Diagnose, DataOfAnotherMachineAreRefused) {
   const Toy toy;
   write_drift(toy);

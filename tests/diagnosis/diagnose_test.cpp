@@ -411,7 +411,7 @@ TEST(Diagnose, APoseThatLeavesAnAxisOutIsSaid) {
   diagnosis::Problem problem;
   problem.observations = diagnosis::observe(m, lumped::machine(), solver::Channels(lumped::machine()), {});
   const auto said = [&] {
-    const std::vector<std::string> warnings = diagnosis::warnings_of(machine, m, problem);
+    const std::vector<std::string> warnings = diagnosis::warnings_of(machine, m, problem.observations);
     return std::any_of(warnings.begin(), warnings.end(),
                        [](const std::string& w) { return w.find("dz_low leaves out Y") != std::string::npos; });
   };
@@ -430,7 +430,7 @@ TEST(Diagnose, APowerThatNobodyRecordedIsSaid) {
   diagnosis::Problem problem;
   problem.observations = diagnosis::observe(m, lumped::machine(), solver::Channels(lumped::machine()), {});
   const auto said = [&](const mesh::Machine& of) {
-    const std::vector<std::string> warnings = diagnosis::warnings_of(of, m, problem);
+    const std::vector<std::string> warnings = diagnosis::warnings_of(of, m, problem.observations);
     return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) {
       return w.find("process.power_W is not recorded; source cut is assumed to give 0 W") != std::string::npos;
     });

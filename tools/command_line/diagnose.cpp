@@ -20,7 +20,10 @@ void add_diagnose(CLI::App& app) {
   verb->add_option(
       "CASE", diagnose.case_path,
       "Case folder (default: that of --model; without both, a lag model of the first part of the record).");
-  verb->add_option("--data", diagnose.data, "Measurement folder.")->required();
+  verb->add_option("--data", diagnose.data,
+                   "Measurement folder. Given again: more records of the machine, for which one cause has to hold.")
+      ->required()
+      ->allow_extra_args(false);
   verb->add_option("--model", diagnose.model, "Reduced model model.rom.h5 (default: made from the case).");
   verb->add_option("--accept", diagnose.accept,
                    "New folder for a copy of the case with the extended machine; prints its diagnosis and its gain in "

@@ -482,6 +482,56 @@ TEST(Hypothesis, ABodyOfASharedMaterialGetsItsOwn) {
   EXPECT_DOUBLE_EQ(two.material("iron.column").expansion.value, 13.2e-6);
 }
 
+/// What is wrong with a material in all its bodies is one cause, also where a body has got a copy before.
+TEST(Hypothesis, AMaterialOfSeveralBodiesChangesInAllOfThem) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter body = diagnosis::make_parameter(Kind::expansion_coefficient, "column"),
+                  all = diagnosis::make_parameter(Kind::expansion_coefficient, "iron");
+  const auto expansions = [](const mesh::Machine& m) {
+    std::vector<double> values;
+    for (const mesh::BodySpec& b : m.bodies) values.push_back(m.material(b.material).expansion.value);
+    return values;
+  };
+  const std::vector<double> grown{13.2e-6, 13.2e-6, 13.2e-6}, both{13.2e-6, 19.8e-6, 13.2e-6};
+  EXPECT_EQ(expansions(diagnosis::with_parameter(machine, all, 1.2)), grown);
+  const mesh::Machine written =
+      mesh::parse_machine(diagnosis::extended_text(machine, all, 1.2, 0.05, "why"), machine.path);
+  EXPECT_EQ(expansions(written), grown);
+  EXPECT_EQ(written.materials.size(), 1u);
+  using diagnosis::with_parameter;
+  EXPECT_EQ(expansions(with_parameter(with_parameter(machine, all, 1.2), body, 1.5)), both);
+  EXPECT_EQ(expansions(with_parameter(with_parameter(machine, body, 1.5), all, 1.2)), both) << "in any order";
+  const mesh::Machine own =
+      mesh::parse_machine(diagnosis::extended_text(machine, body, 1.5, 0.05, "why"), machine.path);
+  EXPECT_EQ(expansions(mesh::parse_machine(diagnosis::extended_text(own, all, 1.2, 0.05, "why"), machine.path)), both);
+}
+
+TEST(Hypothesis, AMaterialOfSeveralBodiesIsOfferedBesideThem) {
+  std::map<std::string, double> spread;
+  mesh::Machine machine = full_house();
+  machine.materials[0].expansion.std_percent = machine.materials[0].specific_heat.std_percent = 4.0;
+  const auto offered = [&](Kind kind) {
+    spread.clear();
+    for (const Parameter& p : diagnosis::candidate_parameters(machine, of_full_house(), true))
+      if (p.kind == kind) spread[p.where] = p.nominal_std;
+    return spread;
+  };
+  EXPECT_EQ(offered(Kind::heat_capacity),
+            (std::map<std::string, double>{
+                {"iron", 0.04}, {"base", 0.02}, {"column", 0.02}, {"head", 0.02}, {"screw", 0.02}}));
+  EXPECT_EQ(offered(Kind::expansion_coefficient).count("screw"), 0u);
+  for (std::size_t b = 1; b < machine.bodies.size(); ++b) {
+    machine.materials.push_back(machine.materials[0]);
+    machine.bodies[b].material = machine.materials.back().id = "material" + std::to_string(b);
+  }
+  EXPECT_EQ(offered(Kind::heat_capacity),
+            (std::map<std::string, double>{{"base", 0.04}, {"column", 0.04}, {"head", 0.04}, {"screw", 0.04}}));
+  machine = full_house();
+  machine.materials[0].id = "base";
+  for (mesh::BodySpec& body : machine.bodies) body.material = "base";
+  EXPECT_EQ(offered(Kind::heat_capacity).size(), 4u) << "by its id a material would be a body";
+}
+
 TEST(Hypothesis, UnusualTextsAreReadOrRefused) {
   const mesh::Machine machine = lumped::machine();
   const Parameter motor = lumped::find(Kind::source_power, "motor");

@@ -72,6 +72,29 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
             "feel for friction.");
 }
 
+TEST(Action, AMaterialInAllItsBodiesIsCheckedByItsData) {
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), model_with_skin()),
+            "Check the data of material iron (base, column, head): its expansion is 1.3 times as stated in all of "
+            "them.");
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::heat_capacity, "head", 1.3), model_with_skin()),
+            "Check mass and material of head (ribs, fillings, attached parts): its heat capacity is 1.3 times as "
+            "stated.");
+}
+
+TEST(Action, AnotherLawIsRecordedOrLookedFor) {
+  diagnosis::Diagnosis d;
+  d.causes = {cause(Kind::source_power, "motor", 1.6)};
+  d.ambiguous_set = {cause(Kind::other_law, "motor", 0.0), cause(Kind::unknown, "", 0.0)};
+  std::vector<std::string> actions = diagnosis::actions_of(d, model_with_skin());
+  ASSERT_EQ(actions.size(), 2U);
+  EXPECT_TRUE(actions[1].starts_with("Record the power of motor over time")) << actions[1];
+  d.causes = {cause(Kind::contact_conductance, "foot", 0.4)};
+  d.ambiguous_set[0] = cause(Kind::other_law, "foot", 0.0);
+  actions = diagnosis::actions_of(d, model_with_skin());
+  ASSERT_EQ(actions.size(), 2U);
+  EXPECT_TRUE(actions[1].starts_with("Check foot for loss of preload and hysteresis")) << actions[1];
+}
+
 TEST(Action, FirstOfThoseThatShareWhereNoneIsNamed) {
   diagnosis::Diagnosis d;
   d.ambiguous_set = {cause(Kind::coolant_flow, "main", 0.45), cause(Kind::none, "", 0.0)};

@@ -287,6 +287,37 @@ TEST(Verdict, WhatStrainsAnExplanationLeavesItOpen) {
   EXPECT_NE(left_open(1.0, 4.2).find("contact_conductance of foot"), std::string::npos);
 }
 
+TEST(Verdict, ASourceOrJointThatHasToChangeFollowsAnotherLaw) {
+  diagnosis::Problem problem;
+  problem.parameters = {find(Kind::source_power, "motor"), find(Kind::contact_conductance, "foot"),
+                        find(Kind::film_coefficient, "base.film")};
+  const auto left_open = [&](std::vector<int> causes, double freedom, double other) {
+    Diagnosis d;
+    d.verdict = diagnosis::Verdict::explained;
+    for (const int i : causes) {
+      d.causes.emplace_back();
+      d.causes.back().parameter = problem.parameters[i];
+      d.causes.back().value = 1.5, d.causes.back().std = 0.05, d.causes.back().probability = 1;
+    }
+    diagnosis::leave_open(problem, {.freedom = freedom, .other = other, .which = 1}, d);
+    EXPECT_EQ(d.ambiguous_set.back().parameter.kind, Kind::unknown);
+    return d;
+  };
+  for (const int i : {0, 1}) {
+    const Diagnosis d = left_open({i}, 4.0, 1.0);
+    ASSERT_EQ(d.ambiguous_set.size(), 2U);
+    EXPECT_EQ(d.ambiguous_set[0].parameter.kind, Kind::other_law);
+    EXPECT_EQ(d.ambiguous_set[0].parameter.where, problem.parameters[i].where);
+    EXPECT_EQ(name_of(d.ambiguous_set[0].parameter), "other_law of " + problem.parameters[i].where);
+    EXPECT_TRUE(diagnosis::only_unknown_shares(d));
+    EXPECT_NE(diagnosis::sentence_of(d).find("it follows another law"), std::string::npos);
+  }
+  EXPECT_EQ(left_open({2}, 4.0, 1.0).ambiguous_set.size(), 1U) << "neither source nor joint";
+  EXPECT_EQ(left_open({0}, 1.0, 4.2).ambiguous_set.size(), 1U) << "its size need not change";
+  EXPECT_EQ(left_open({0, 1}, 4.0, 1.0).ambiguous_set.size(), 2U) << "which of two is not said";
+  EXPECT_FALSE(diagnosis::find_kind("other_law")) << "no value of machine.toml";
+}
+
 TEST(Words, AChangeOfNothingHasNoMinus) {
   EXPECT_EQ(diagnosis::percent_text(-0.03), "0");
   EXPECT_EQ(diagnosis::percent_text(-0.04, 1), "0.0");

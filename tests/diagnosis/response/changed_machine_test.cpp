@@ -69,8 +69,10 @@ INSTANTIATE_TEST_SUITE_P(
     Kinds, ChangedMachine,
     ::testing::Values(Change{Kind::expansion_coefficient, "column", 1.3, 1},
                       Change{Kind::expansion_coefficient, "bed", 0.8, 1}, Change{Kind::heat_capacity, "head", 1.6, 1},
-                      Change{Kind::heat_capacity, "column", 0.6, 1}, Change{Kind::scale_expansion, "Z", 0.4, 0.5},
-                      Change{Kind::screw_expansion, "X", 1.3, 1}, Change{Kind::contact_stiffness, "feet", 0.4, 0.2},
+                      Change{Kind::heat_capacity, "column", 0.6, 1},
+                      Change{Kind::expansion_coefficient, "iron", 1.3, 1}, Change{Kind::heat_capacity, "iron", 0.8, 1},
+                      Change{Kind::scale_expansion, "Z", 0.4, 0.5}, Change{Kind::screw_expansion, "X", 1.3, 1},
+                      Change{Kind::contact_stiffness, "feet", 0.4, 0.2},
                       Change{Kind::contact_stiffness, "X_guide", 2.0, 0.2}));
 
 }  // namespace
