@@ -12,8 +12,8 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
       verb.add_option("--c", exported.c_folder,
                       "Folder for the model as C99 source without allocation: offsets in the bits of the online core.");
   auto* fmu = verb.add_option("--fmu", exported.fmu,
-                              "Version of FMI (2): write the model as FMU for co-simulation to --out FILE.fmu.")
-                  ->check(CLI::IsMember({2}));
+                              "Version of FMI (2 or 3): write the model as FMU for co-simulation to --out FILE.fmu.")
+                  ->check(CLI::IsMember({2, 3}));
   matrices.excludes(source)->excludes(fmu);
   source->excludes(fmu);
   const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
