@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s,
  * channels of the machine, and its sensors as NAME_C; others are not read. An empty cell keeps the last value, or says
- * that a sensor has no reading. --bits writes hexadecimal numbers; --state FILE goes on from a saved state, and saves it
- * every minute of the rows' time and at the end: whole in FILE.new, which then takes the place of FILE. */
+ * that a sensor has no reading. --bits writes hexadecimal numbers. --state FILE goes on from a saved state, and saves
+ * it every minute of the rows' time and at the end: whole in FILE.new, which then takes the place of FILE. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
