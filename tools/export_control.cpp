@@ -69,12 +69,13 @@ void export_fmu(const ControlExportOptions& options) {
     throw core::UsageError("--fmu writes one file; allowed: --out FILE.fmu, but it is '" + options.out.string() + "'");
   const compensation::ControlModel control = control_model(options);
   const tt_model& model = control.model();
-  compensation::write_fmu2(options.out, control.data());
+  compensation::write_fmu(options.out, control.data(), options.fmu);
   const std::string text = fmt::format(
-      "{}: {} states, {} inputs, {} offsets as FMU for co-simulation (FMI 2.0)\n{}: {:.1f} MB, for Linux x86-64 and as "
+      "{}: {} states, {} inputs, {} offsets as FMU for co-simulation (FMI {}.0)\n{}: {:.1f} MB, for Linux x86-64 and "
+      "as "
       "source\n{}\n",
-      model.name, model.order, model.channels, model.linear_axes, options.out.string(),
-      1e-6 * static_cast<double>(fs::file_size(options.out)), about_sensors(model));
+      model.name, model.order, model.channels + (model.observer != 0 ? model.sensors : 0), model.linear_axes,
+      options.fmu, options.out.string(), 1e-6 * static_cast<double>(fs::file_size(options.out)), about_sensors(model));
   const nlohmann::json json = {{"fmu", options.out.string()},     {"states", model.order},
                                {"channels", model.channels},      {"offsets", model.linear_axes},
                                {"observer", model.observer != 0}, {"model_hash", fmt::format("{:016x}", model.hash)}};

@@ -9,7 +9,7 @@ namespace thermotwin::tools {
 
 struct ControlExportOptions : ExportOptions {
   std::filesystem::path c_folder;  ///< empty: no C source
-  int fmu = 0;                     ///< version of FMI, 2; 0: no FMU
+  int fmu = 0;                     ///< version of FMI, 2 or 3; 0: no FMU
   std::filesystem::path linuxcnc;  ///< INI file of a LinuxCNC configuration; empty: nothing for LinuxCNC
   double step_s = 60;              ///< longest step of the state
   double start_C = 20;

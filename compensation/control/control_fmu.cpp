@@ -4,54 +4,17 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 
 #include "compensation/control/control_bytes.h"
 #include "compensation/control/control_source.h"
+#include "compensation/control/fmu_variables.h"
 #include "core/file.h"
 
 namespace thermotwin::compensation {
 namespace {
 
 constexpr const char* identifier = "thermotwin";
-
-/// Unit of a channel by the end of its name: name, and what it is in SI units.
-struct Unit {
-  const char *ending, *name, *base;
-};
-constexpr std::array<Unit, 10> units = {{{"_mm_min", "mm/min", R"(m="1" s="-1" factor="1.6666666666666667e-05")"},
-                                         {"_deg_min", "deg/min", R"(rad="1" s="-1" factor="2.908882086657216e-04")"},
-                                         {"_rpm", "rpm", R"(rad="1" s="-1" factor="0.10471975511965977")"},
-                                         {"_mm", "mm", R"(m="1" factor="1e-3")"},
-                                         {"_deg", "deg", R"(rad="1" factor="0.017453292519943295")"},
-                                         {"power_W", "W", R"(kg="1" m="2" s="-3")"},
-                                         {"T_C", "degC", R"(K="1" offset="273.15")"},
-                                         {"_K_m", "K/m", R"(K="1" m="-1")"},
-                                         {"_um", "um", R"(m="1" factor="1e-6")"},
-                                         {"", "1", ""}}};
-
-const Unit& unit_of(const std::string& channel) {
-  for (const Unit& unit : units) {
-    if (channel.ends_with(unit.ending)) return unit;
-  }
-  return units.back();
-}
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
 
 /// CRC-32 of ISO 3309, as zip asks for it.
 std::uint32_t crc32(std::string_view bytes) {
@@ -94,105 +57,114 @@ std::string stored_zip(const std::vector<ArchiveFile>& files) {
          little(files.size(), 2) + little(directory.size(), 4) + little(start, 4) + little(0, 2);
 }
 
-namespace {
-
-std::string real_variable(const std::string& name, int reference, const char* causality, const std::string& meaning,
-                          const std::string& unit, const std::string& start) {
-  return fmt::format(
-      "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"{}>"
-      "<Real unit=\"{}\"{}/></ScalarVariable>\n",
-      escaped(name), reference, causality, meaning.empty() ? "" : " description=\"" + meaning + "\"", unit,
-      start.empty() ? "" : " start=\"" + start + "\"");
-}
-
-std::string integer_output(const std::string& name, int reference, const char* meaning) {
-  return fmt::format(
-      "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"output\" variability=\"discrete\" "
-      "description=\"{}\"><Integer/></ScalarVariable>\n",
-      escaped(name), reference, meaning);
-}
-
-int sensors_of(const ControlData& data) { return data.observer != 0 ? data.sensors : 0; }
-
-std::string inputs_of(const ControlData& data) {
-  std::string text;
-  int reference = 0;
-  for (const std::string& name : data.channel_names) {
-    const double usual = data.channel_default[reference];
-    const bool law = std::isnan(usual);
-    text += real_variable(name, reference, "input", law ? "-1e30: not given, the model's own law holds" : "",
-                          unit_of(name).name, fmt::format("{}", law ? -1e30 : usual));
-    ++reference;
-  }
-  for (int s = 0; s < sensors_of(data); ++s)
-    text += real_variable(data.sensor_names[s] + "_C", reference++, "input", "-1e30: no reading", "degC", "-1e+30");
-  return text;
-}
-
-std::string outputs_of(const ControlData& data) {
-  std::string text;
-  int reference = data.channels + sensors_of(data);
-  const auto add = [&](const char* kind, const char* meaning) {
-    for (const std::int32_t axis : data.linear_axis)
-      text +=
-          real_variable(fmt::format("{}_{}_um", kind, data.axis_names[axis]), reference++, "output", meaning, "um", "");
-  };
-  add("offset", "to be applied to the axis");
-  if (data.observer != 0) add("std", "one standard deviation of the offset");
-  text += integer_output("status", 0,
-                         "0 ok, 1 limited, 2 sensor_failed, 3 no_sensors, 4 outside_workspace, 5 input_missing, 6 "
-                         "starting, 7 failed");
-  text += integer_output("guard", 1, "0 following, 1 limited, 2 holding, 3 returning to 0");
-  for (int s = 0; s < sensors_of(data); ++s) {
-    text += integer_output(data.sensor_names[s] + "_fault", s + 2,
-                           "0 none, 1 implausible, 2 kelvin, 3 fahrenheit, 4 absent, 5 stuck, 6 offset, 7 noise, 8 "
-                           "drift");
-  }
-  return text;
-}
-
-}  // namespace
-
 std::string fmu2_description(const ControlData& data, const std::vector<std::string>& sources) {
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" "
       "guid=\"{{{:016x}}}\" generationTool=\"thermotwin\" license=\"GPL-3.0-or-later\" "
-      "variableNamingConvention=\"flat\" "
-      "description=\"Thermal twin of a machine tool: channels of a control in, axis offsets out. {}\">\n"
+      "variableNamingConvention=\"flat\" description=\"{}\">\n"
       "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
       "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\">\n    <SourceFiles>\n",
-      escaped(data.name), data.hash, data.observer != 0 ? "Temperature sensors correct it." : "Open loop.", identifier);
+      fmu_escaped(data.name), data.hash, fmu_purpose(data), identifier);
   for (const std::string& name : sources) {
     if (name.ends_with(".c")) text += fmt::format("      <File name=\"{}\"/>\n", name);
   }
-  text += "    </SourceFiles>\n  </CoSimulation>\n  <UnitDefinitions>\n";
-  for (const Unit& unit : units)
-    text +=
-        fmt::format("    <Unit name=\"{}\"><BaseUnit{}{}/></Unit>\n", unit.name, *unit.base != 0 ? " " : "", unit.base);
+  text += "    </SourceFiles>\n  </CoSimulation>\n  <UnitDefinitions>\n" + fmu_unit_definitions();
   text += "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n  <ModelVariables>\n";
-  text += inputs_of(data) + outputs_of(data) + "  </ModelVariables>\n  <ModelStructure>\n";
-  const int inputs = data.channels + sensors_of(data);
-  const int outputs = (data.observer != 0 ? 2 : 1) * data.linear_axes + 2 + sensors_of(data);
-  for (const char* list : {"Outputs", "InitialUnknowns"}) {
-    text += fmt::format("    <{}>\n", list);
-    for (int k = inputs + 1; k <= inputs + outputs; ++k) text += fmt::format("      <Unknown index=\"{}\"/>\n", k);
-    text += fmt::format("    </{}>\n", list);
+  std::string outputs;
+  int real = 0, integer = 0, index = 0;
+  for (const FmuVariable& one : fmu_variables(data)) {
+    const bool in = one.kind == FmuVariable::Kind::input, whole = one.kind == FmuVariable::Kind::integer_output;
+    const std::string type = whole ? std::string("<Integer/>")
+                             : in  ? fmt::format("<Real unit=\"{}\" start=\"{}\"/>", one.unit, one.start)
+                                   : fmt::format("<Real unit=\"{}\"/>", one.unit);
+    text += fmt::format(
+        "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"{}>{}"
+        "</ScalarVariable>\n",
+        fmu_escaped(one.name), whole ? integer++ : real++, in ? "input" : "output", whole ? "discrete" : "continuous",
+        one.meaning.empty() ? "" : " description=\"" + one.meaning + "\"", type);
+    ++index;
+    if (!in) outputs += fmt::format("      <Unknown index=\"{}\"/>\n", index);
+  }
+  text += "  </ModelVariables>\n  <ModelStructure>\n";
+  for (const char* list : {"Outputs", "InitialUnknowns"})
+    text += fmt::format("    <{}>\n{}    </{}>\n", list, outputs, list);
+  return text + "  </ModelStructure>\n</fmiModelDescription>\n";
+}
+
+std::string fmu3_description(const ControlData& data) {
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" "
+      "instantiationToken=\"{{{:016x}}}\" generationTool=\"thermotwin\" license=\"GPL-3.0-or-later\" "
+      "variableNamingConvention=\"flat\" description=\"{}\">\n"
+      "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
+      "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"/>\n  <UnitDefinitions>\n",
+      fmu_escaped(data.name), data.hash, fmu_purpose(data), identifier);
+  text += fmu_unit_definitions() + "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n";
+  text += "  <ModelVariables>\n";
+  std::string outputs;
+  int reference = 0;
+  for (const FmuVariable& one : fmu_variables(data)) {
+    const bool in = one.kind == FmuVariable::Kind::input, whole = one.kind == FmuVariable::Kind::integer_output;
+    text += fmt::format("    <{} name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"{}{}{}/>\n",
+                        whole ? "Int32" : "Float64", fmu_escaped(one.name), reference, in ? "input" : "output",
+                        whole ? "discrete" : "continuous",
+                        one.meaning.empty() ? "" : " description=\"" + one.meaning + "\"",
+                        whole ? "" : " unit=\"" + one.unit + "\"", in ? fmt::format(" start=\"{}\"", one.start) : "");
+    if (!in) outputs += fmt::format("valueReference=\"{}\"/>\n", reference);
+    ++reference;
+  }
+  text += fmt::format(
+      "    <Float64 name=\"time\" valueReference=\"{}\" causality=\"independent\" "
+      "variability=\"continuous\"/>\n  </ModelVariables>\n  <ModelStructure>\n",
+      reference);
+  for (const char* list : {"Output", "InitialUnknown"}) {
+    for (std::size_t at = 0, end = 0; (end = outputs.find('\n', at)) != std::string::npos; at = end + 1)
+      text += fmt::format("    <{} {}\n", list, outputs.substr(at, end - at));
   }
   return text + "  </ModelStructure>\n</fmiModelDescription>\n";
 }
 
-void write_fmu2(const std::filesystem::path& path, const ControlData& data) {
-  std::vector<ArchiveFile> files = {{}};
-  std::vector<std::string> sources;
-  files.push_back({fmt::format("binaries/linux64/{}.so", identifier), std::string(fmu2_library())});
-  files.push_back({"resources/model.bin", control_bytes(data)});
+namespace {
+
+/// Sources of the library of this version of FMI.
+std::vector<ArchiveFile> sources_of(int version) {
+  const std::string other = version == 2 ? "fmi3" : "fmi2";
+  std::vector<ArchiveFile> files;
   for (const EmbeddedFile& file : control_files()) {
     const std::string name = file.name;
-    if (name == "main.c" || name == "README.md") continue;
-    sources.push_back(name);
-    files.push_back({"sources/" + name, flat_includes(file.text)});
+    if (name != "main.c" && name != "README.md" && !name.starts_with(other))
+      files.push_back({"sources/" + name, flat_includes(file.text)});
   }
-  files.front() = {"modelDescription.xml", fmu2_description(data, sources)};
+  return files;
+}
+
+/// sources/buildDescription.xml of FMI 3.0
+std::string build_description(const std::vector<ArchiveFile>& sources) {
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
+      "  <BuildConfiguration modelIdentifier=\"{}\">\n"
+      "    <SourceFileSet language=\"C99\" compilerOptions=\"-ffp-contract=off\">\n",
+      identifier);
+  for (const ArchiveFile& file : sources) {
+    const std::string name = file.name.substr(file.name.find('/') + 1);
+    if (name.ends_with(".c")) text += fmt::format("      <SourceFile name=\"{}\"/>\n", name);
+  }
+  return text + "    </SourceFileSet>\n    <Library name=\"m\"/>\n  </BuildConfiguration>\n</fmiBuildDescription>\n";
+}
+
+}  // namespace
+
+void write_fmu(const std::filesystem::path& path, const ControlData& data, int version) {
+  const std::vector<ArchiveFile> sources = sources_of(version);
+  std::vector<std::string> names;
+  for (const ArchiveFile& file : sources) names.push_back(file.name.substr(file.name.find('/') + 1));
+  std::vector<ArchiveFile> files;
+  files.push_back({"modelDescription.xml", version == 2 ? fmu2_description(data, names) : fmu3_description(data)});
+  files.push_back({fmt::format("binaries/{}/{}.so", version == 2 ? "linux64" : "x86_64-linux", identifier),
+                   std::string(version == 2 ? fmu2_library() : fmu3_library())});
+  files.push_back({"resources/model.bin", control_bytes(data)});
+  if (version == 3) files.push_back({"sources/buildDescription.xml", build_description(sources)});
+  files.insert(files.end(), sources.begin(), sources.end());
   core::write_file(path, stored_zip(files));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The online core with one model as an FMU for co-simulation (FMI 2.0): description, a Linux library, the model in
-// resources/model.bin, and the sources of the library. The library needs libc and libm alone.
+// The online core with one model as an FMU for co-simulation (FMI 2.0 or 3.0): description, a Linux library, the model
+// in resources/model.bin, and the sources of the library. The library needs libc and libm alone.
 
 #include <filesystem>
 #include <string>
@@ -14,9 +14,11 @@ namespace thermotwin::compensation {
 
 /// @return the library of an FMU, embedded at build time
 std::string_view fmu2_library();
+std::string_view fmu3_library();
 
 /// @return modelDescription.xml
 std::string fmu2_description(const ControlData& data, const std::vector<std::string>& sources);
+std::string fmu3_description(const ControlData& data);
 
 struct ArchiveFile {
   std::string name, content;
@@ -24,7 +26,7 @@ struct ArchiveFile {
 /// @return a zip archive of files as they are, without compression; the same bytes for the same files
 std::string stored_zip(const std::vector<ArchiveFile>& files);
 
-/// Writes the FMU.  @throws InputError (disk full, no permission)
-void write_fmu2(const std::filesystem::path& path, const ControlData& data);
+/// Writes the FMU.  @param version  of FMI, 2 or 3  @throws InputError (disk full, no permission)
+void write_fmu(const std::filesystem::path& path, const ControlData& data, int version);
 
 }  // namespace thermotwin::compensation

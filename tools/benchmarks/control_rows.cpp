@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <ctime>
+#include <utility>
 #include <vector>
 
 #include "compensation/control/control_model.h"
@@ -73,17 +74,65 @@ void print_quantiles(const std::string& name, std::vector<double> times) {
     print((name + "_" + word).c_str(), at(share));
 }
 
-/// Times of one row each. step(time, row)
+/// A twin with the memory that it needs.
+class Twin {
+public:
+  explicit Twin(const tt_model& model)
+      : state_((tt_twin_state_bytes(&model) + 7) / 8),
+        work_((tt_twin_work_bytes(&model) + 7) / 8) {
+    begin(model);
+  }
+  Twin(const Twin&) = delete;
+  Twin& operator=(const Twin&) = delete;
+  void begin(const tt_model& model) { tt_twin_begin(&twin_, &model, state_.data(), work_.data()); }
+  void row(double t, const VectorXd& row, const VectorXd& readings) {
+    tt_twin_row(&twin_, t, row.data(), readings.size() > 0 ? readings.data() : nullptr);
+  }
+  const tt_twin& get() const { return twin_; }
+  double state_kB() const { return 8e-3 * static_cast<double>(state_.size()); }
+  double work_MB() const { return 8e-6 * static_cast<double>(work_.size()); }
+
+private:
+  std::vector<std::uint64_t> state_, work_;
+  tt_twin twin_{};
+};
+
+/// Readings of a machine as the model has it, a tenth colder, that scatter.
+class Sensors {
+public:
+  explicit Sensors(const tt_model& model)
+      : machine_(model),
+        readings_(model.sensors),
+        reference_C_(model.reference_C) {}
+  const VectorXd& at(double t, const VectorXd& row) {
+    machine_.row(t, row, VectorXd());
+    tt_twin_predicted_C(&machine_.get(), readings_.data());
+    for (double& reading : readings_) {
+      random_ = random_ * 1664525U + 1013904223U;
+      reading += 0.1 * (reference_C_ - reading) + 0.05 * (1.0 * (random_ >> 8U) / 16777216.0 - 0.5);
+    }
+    return readings_;
+  }
+
+private:
+  Twin machine_;
+  VectorXd readings_;
+  double reference_C_;
+  std::uint32_t random_ = 1;
+};
+
+/// Times of one row each. step(time, row, readings)
 template <class Step>
-void measure(const std::string& name, Rows& inputs, long rows, const Step& step) {
+void measure(const std::string& name, Rows& inputs, Sensors& sensors, long rows, const Step& step) {
   std::vector<double> processor, wall;
   processor.reserve(rows);
   wall.reserve(rows);
   for (long i = 0; i < rows; ++i) {
     const double t = i * period_s;
     const VectorXd& row = inputs.at(t);
+    const VectorXd& readings = sensors.at(t, row);
     const double wall_0 = now(CLOCK_MONOTONIC), own_0 = now(CLOCK_THREAD_CPUTIME_ID);
-    step(t, row);
+    step(t, row, readings);
     processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
     wall.push_back(now(CLOCK_MONOTONIC) - wall_0);
   }
@@ -104,46 +153,57 @@ double bytes_of(const tt_model& m) {
 
 void control_rows(const std::filesystem::path& model_file, long rows) {
   const reduction::ReducedModel model = reduction::read_model(model_file);
-  compensation::CompensatorOptions open_loop;
-  open_loop.use_sensors = false;
-  compensation::Compensator compensator(model, open_loop);
+  compensation::Compensator compensator(model);
   Rows inputs(compensator, model.machine);
 
   const Watch build;
   compensation::ControlOptions options;
-  options.compensator = open_loop;
-  const compensation::ControlModel control(model, options);
+  const compensation::ControlModel at_once(model, options);
   print("build", build.seconds());
+  compensation::ControlData data = at_once.data();
+  data.start_over_s = 300.0;
+  const compensation::ControlModel control(std::move(data));
   const tt_model& m = control.model();
-  std::vector<std::uint64_t> state((tt_twin_state_bytes(&m) + 7) / 8), work((tt_twin_work_bytes(&m) + 7) / 8);
   const Watch start;
-  tt_twin twin;
-  tt_twin_begin(&twin, &m, state.data(), work.data());
+  Twin twin(m);
   print("start", start.seconds());
   print("order", m.order);
   print("data_MB", 1e-6 * bytes_of(m));
-  print("state_kB", 8e-3 * static_cast<double>(state.size()));
-  print("work_MB", 8e-6 * static_cast<double>(work.size()));
+  print("state_kB", twin.state_kB());
+  print("work_MB", twin.work_MB());
 
-  measure("core", inputs, rows, [&](double t, const VectorXd& row) { tt_twin_row(&twin, t, row.data(), nullptr); });
-  const VectorXd none;
-  measure("classes", inputs, std::min(rows, 100000L),
-          [&](double t, const VectorXd& row) { compensator.step(t, row, none); });
+  const auto core_row = [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); };
+  {
+    Sensors sensors(m);
+    measure("core", inputs, sensors, rows, core_row);
+  }
+  {
+    Sensors sensors(m);
+    measure("classes", inputs, sensors, std::min(rows, 100000L),
+            [&](double t, const VectorXd& row, const VectorXd& readings) { compensator.step(t, row, readings); });
+  }
 
-  // Rows a minute apart: the largest difference of the offsets.
-  compensation::Compensator other(model, open_loop);
-  tt_twin_begin(&twin, &m, state.data(), work.data());
-  double apart_um = 0.0, most_um = 0.0;
+  // Rows a minute apart: the largest difference of the offsets and of their deviations.
+  compensation::Compensator other(model);
+  twin.begin(at_once.model());
+  Sensors sensors(at_once.model());
+  double apart_um = 0.0, std_apart_um = 0.0, most_um = 0.0, first_row = 0.0;
   for (double t = 0.0; t <= 36000.0; t += 60.0) {
     const VectorXd& row = inputs.at(t);
-    tt_twin_row(&twin, t, row.data(), nullptr);
-    const VectorXd& offsets = other.step(t, row, none).offset_um;
-    for (Eigen::Index a = 0; a < offsets.size(); ++a) {
-      apart_um = std::max(apart_um, std::abs(offsets[a] - twin.offset_um[a]));
-      most_um = std::max(most_um, std::abs(offsets[a]));
+    const VectorXd& readings = sensors.at(t, row);
+    const Watch watch;
+    twin.row(t, row, readings);
+    if (t == 0.0) first_row = watch.seconds();
+    const compensation::Offsets& offsets = other.step(t, row, readings);
+    for (Eigen::Index a = 0; a < offsets.offset_um.size(); ++a) {
+      apart_um = std::max(apart_um, std::abs(offsets.offset_um[a] - twin.get().offset_um[a]));
+      std_apart_um = std::max(std_apart_um, std::abs(offsets.std_um[a] - twin.get().std_um[a]));
+      most_um = std::max(most_um, std::abs(offsets.offset_um[a]));
     }
   }
+  print("first_row", first_row);
   print("apart_um", apart_um);
+  print("std_apart_um", std_apart_um);
   print("most_um", most_um);
 }
 

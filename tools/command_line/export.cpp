@@ -12,8 +12,8 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
       verb.add_option("--c", exported.c_folder,
                       "Folder for the model as C99 source without allocation: offsets in the bits of the online core.");
   auto* fmu = verb.add_option("--fmu", exported.fmu,
-                              "Version of FMI (2): write the model as FMU for co-simulation to --out FILE.fmu.")
-                  ->check(CLI::IsMember({2}));
+                              "Version of FMI (2 or 3): write the model as FMU for co-simulation to --out FILE.fmu.")
+                  ->check(CLI::IsMember({2, 3}));
   auto* linuxcnc = verb.add_option("--linuxcnc", exported.linuxcnc,
                                    "INI file of a LinuxCNC configuration: write model, pins, guard and the pieces of "
                                    "HAL and INI for it to the folder --out.")

@@ -125,11 +125,8 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t 
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
-    if (r[k] > 1 + (unsigned)(fmu_inputs(i->twin) - i->twin->model.channels))
-      return complain(i, fmi2Error, "no integer variable of this reference");
-    v[k] = r[k] == 0   ? i->twin->twin.now->status
-           : r[k] == 1 ? i->twin->twin.now->guard
-                       : tt_twin_sensor_fault(&i->twin->twin, (int)r[k] - 2);
+    if (r[k] >= (unsigned)fmu_integers(i->twin)) return complain(i, fmi2Error, "no integer variable of this reference");
+    v[k] = fmu_integer(i->twin, (int)r[k]);
   }
   return fmi2OK;
 }

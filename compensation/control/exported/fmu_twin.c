@@ -67,6 +67,13 @@ double fmu_output(const fmu_twin* f, int i) {
   return i < linear ? f->twin.offset_um[i] : f->twin.std_um[i - linear];
 }
 
+int fmu_integers(const fmu_twin* f) { return 2 + fmu_inputs(f) - f->model.channels; }
+
+int fmu_integer(const fmu_twin* f, int i) {
+  if (i == 0) return f->twin.now->status;
+  return i == 1 ? f->twin.now->guard : tt_twin_sensor_fault(&f->twin, i - 2);
+}
+
 static const char* read_model(fmu_twin* f, const char* resources, const char* hash) {
   char path[longest_path], own[17];
   size_t size = 0;
@@ -128,8 +135,9 @@ void fmu_begin(fmu_twin* f) {
 
 int fmu_row(fmu_twin* f, double time) {
   for (int k = 0; k < fmu_inputs(f); ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
-  f->time = time;
-  return tt_twin_row(&f->twin, time, f->given, f->given + f->model.channels);
+  const int status = tt_twin_row(&f->twin, time, f->given, f->given + f->model.channels);
+  if (status >= 0) f->time = time;
+  return status;
 }
 
 /* Inputs, time, then the twin's own saved state. */

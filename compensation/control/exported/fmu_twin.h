@@ -29,6 +29,8 @@ fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocat
 int fmu_inputs(const fmu_twin* f); /* channels and sensors */
 int fmu_outputs(const fmu_twin* f);
 double fmu_output(const fmu_twin* f, int i);
+int fmu_integers(const fmu_twin* f);
+int fmu_integer(const fmu_twin* f, int i);
 void fmu_close(fmu_twin* f);
 void fmu_begin(fmu_twin* f); /* anew, with default inputs */
 /* A row with the inputs that are set; those below -1e29 or NaN are not given. Returns as tt_twin_row. */

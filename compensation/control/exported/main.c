@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s,
  * channels of the machine, and its sensors as NAME_C; others are not read. An empty cell keeps the last value, or says
- * that a sensor has no reading. --bits writes hexadecimal numbers; --state FILE goes on from a saved state and saves it
- * at the end. */
+ * that a sensor has no reading. --bits writes hexadecimal numbers. --state FILE goes on from a saved state, and saves
+ * it every minute of the rows' time and at the end: whole in FILE.new, which then takes the place of FILE. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +11,8 @@
 #include "model_data.h"
 #include "twin.h"
 
+static const double save_every_s = 60.0;
+enum { longest_path = 4096 };
 enum { longest_line = 65536, most_columns = 1024, not_read = -2, is_time = -1, first_sensor = TT_CHANNELS };
 
 static double state[TT_STATE_BYTES / 8 + 1], work[TT_WORK_BYTES / 8 + 1];
@@ -85,13 +87,26 @@ static int load(tt_twin* twin, const char* path) {
   return tt_twin_load(twin, saved, bytes);
 }
 
+/* A program that ends in between leaves the file as it was, or the new one whole. */
 static int save(const tt_twin* twin, const char* path) {
-  FILE* file = fopen(path, "wb");
+  static char next[longest_path];
   const size_t bytes = tt_twin_saved_bytes(twin->model);
+  FILE* file;
+  if (!path) return 0;
+  if (strlen(path) + 5 > sizeof next) return 1;
+  strcpy(next, path);
+  strcat(next, ".new");
+  file = fopen(next, "wb");
   if (!file) return 1;
   tt_twin_save(twin, saved);
   const int bad = fwrite(saved, 1, bytes, file) != bytes;
-  return fclose(file) != 0 || bad;
+  return fclose(file) != 0 || bad || rename(next, path) != 0;
+}
+
+static const char* why_refused(int loaded) {
+  static const char* const texts[] = {"", "no state", "a state of another version", "a state of another model",
+                                      "a damaged state"};
+  return texts[loaded];
 }
 
 static void print_header(void) {
@@ -123,14 +138,16 @@ static void print_row(const tt_twin* twin, double time, int status, const char* 
 
 int main(int argc, char** argv) {
   const char *path = NULL, *format = "%.6f";
+  double saved_at = -HUGE_VAL;
   tt_twin twin;
   for (int i = 1; i < argc; ++i) {
     if (strcmp(argv[i], "--bits") == 0) format = "%a";
     if (strcmp(argv[i], "--state") == 0 && i + 1 < argc) path = argv[++i];
   }
   tt_twin_begin(&twin, &tt_the_model, state, work);
-  if (path && load(&twin, path) != TT_LOADED) {
-    fprintf(stderr, "%s: not a state of this model\n", path);
+  const int loaded = path ? load(&twin, path) : TT_LOADED;
+  if (loaded != TT_LOADED) {
+    fprintf(stderr, "%s: %s; allowed: one that this program has saved\n", path, why_refused(loaded));
     return 3;
   }
   const int columns = read_header();
@@ -141,8 +158,12 @@ int main(int argc, char** argv) {
   while (fgets(line, sizeof line, stdin)) {
     const double time = read_row(columns);
     print_row(&twin, time, tt_twin_row(&twin, time, channels, sensors), format);
+    if (path && twin.now->time - saved_at >= save_every_s) {
+      saved_at = twin.now->time;
+      if (save(&twin, path)) fprintf(stderr, "%s: cannot be written at %g s; goes on\n", path, saved_at);
+    }
   }
-  if (path && save(&twin, path)) {
+  if (save(&twin, path)) {
     fprintf(stderr, "%s: cannot be written\n", path);
     return 3;
   }

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <dlfcn.h>
 #include <map>
 #include <optional>
 #include <regex>
@@ -18,9 +17,8 @@
 #include "compensation/control/control_bytes.h"
 #include "compensation/control/model_bytes.h"
 #include "core/file.h"
-#include "tests/compensation/control/twin_of_lumps.h"
+#include "tests/compensation/control/importer.h"
 #include "tests/compensation/scratch.h"
-#include "tests/compensation/shift.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -28,37 +26,11 @@ namespace {
 using Eigen::VectorXd;
 namespace fs = std::filesystem;
 
-const reduction::ReducedModel& lumps() {
-  static const reduction::ReducedModel model = test::lumps_with_lines();
-  return model;
-}
-const ControlModel& control() {
-  static const ControlModel model(lumps());
-  return model;
-}
-
-std::uint64_t number_at(const std::string& bytes, std::size_t at, int count) {
-  std::uint64_t value = 0;
-  for (int i = count; i-- > 0;) value = value << 8U | static_cast<unsigned char>(bytes.at(at + i));
-  return value;
-}
-
-/// By the directory at the archive's end; files are stored.
-std::map<std::string, std::string> unpacked(const std::string& archive) {
-  std::map<std::string, std::string> files;
-  const std::size_t end = archive.size() - 22;
-  EXPECT_EQ(number_at(archive, end, 4), 0x06054B50U);
-  std::size_t at = number_at(archive, end + 16, 4);
-  for (std::uint64_t i = 0; i < number_at(archive, end + 10, 2); ++i) {
-    EXPECT_EQ(number_at(archive, at, 4), 0x02014B50U);
-    const std::size_t name = number_at(archive, at + 28, 2), size = number_at(archive, at + 24, 4);
-    const std::size_t local = number_at(archive, at + 42, 4);
-    EXPECT_EQ(number_at(archive, local, 4), 0x04034B50U);
-    files[archive.substr(at + 46, name)] = archive.substr(local + 30 + name, size);
-    at += 46 + name;
-  }
-  return files;
-}
+using test::control;
+using test::Importer;
+using test::lumps;
+using test::row_at;
+using test::unpacked;
 
 using Component = void*;
 int logged = 0;
@@ -75,33 +47,10 @@ struct Callbacks {
   void* environment = nullptr;
 };
 
-/// The library's functions by their names.
-class Importer {
-public:
-  explicit Importer(const fs::path& library) : handle_(dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-    EXPECT_NE(handle_, nullptr) << dlerror();
-  }
-  ~Importer() { dlclose(handle_); }
-  Importer(const Importer&) = delete;
-  Importer& operator=(const Importer&) = delete;
-
-  template <class Result = int, class... Arguments>
-  Result call(const char* name, Arguments... arguments) const {
-    void* found = dlsym(handle_, name);
-    if (found == nullptr) throw std::runtime_error(std::string("no function ") + name);
-    Result (*function)(Arguments...) = nullptr;
-    std::memcpy(&function, &found, sizeof found);
-    return function(arguments...);
-  }
-
-private:
-  void* handle_;
-};
-
 class Fmu : public ::testing::Test {
 protected:
   void SetUp() override {
-    write_fmu2(folder_.path() / "twin.fmu", control().data());
+    write_fmu(folder_.path() / "twin.fmu", control().data(), 2);
     files_ = unpacked(core::read_file(folder_.path() / "twin.fmu"));
     for (const auto& [name, content] : files_) core::write_file(folder_.path() / "fmu" / name, content);
     importer_.emplace(folder_.path() / "fmu/binaries/linux64/thermotwin.so");
@@ -156,16 +105,6 @@ protected:
   std::string guid_;
   Callbacks callbacks_;
 };
-
-/// Channels, then readings of the sensors.
-VectorXd row_at(const solver::Channels& channels, double time) {
-  VectorXd row(channels.size() + std::ssize(lumps().machine.sensors));
-  for (Eigen::Index s = channels.size(); s < row.size(); ++s)
-    row[s] = 20.0 + 0.1 * static_cast<double>(s - channels.size()) + 2.0 * std::sin(time / 7000.0);
-  row.head(channels.size()) =
-      test::working_row(lumps().machine, channels, test::shift_row(channels, std::max(1.0, time)), time);
-  return row;
-}
 
 TEST_F(Fmu, HasTheBitsOfTheCoreOverManySteps) {
   const solver::OperatingModel operating(lumps().machine, lumps().system.layout);

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <set>
 #include <sstream>
+#include <sys/wait.h>
 
 #include "core/file.h"
 #include "tests/compensation/control/twin_of_lumps.h"
@@ -175,6 +176,44 @@ TEST_F(ControlSource, TheExampleGoesOnFromItsStateAndNeedsLibmAlone) {
   EXPECT_TRUE(core::read_file(state) == after);
   folder_.write("bad", std::string(after).replace(100, 1, "#"));
   EXPECT_NE(run(program + " --state " + (folder_.path() / "bad").string() + " < /dev/null").status, 0);
+}
+
+/// A write may end after any byte, or leave the version before; the program may be killed between rows.
+TEST_F(ControlSource, TheStateIsWrittenWholeAndADamagedOneIsRefusedByName) {
+  const std::string program = compiled("gcc -O1"), state = (folder_.path() / "state").string();
+  const std::string all = csv(rows);
+  // Killed amid its rows, with 40 kB of them: what it left is a state of some minute before.
+  const std::string cut = all.substr(0, 40000);
+  folder_.write("part.csv", cut.substr(0, cut.rfind('\n') + 1));
+  const std::string part = (folder_.path() / "part.csv").string();
+  const std::string pipe = (folder_.path() / "pipe").string();
+  const Said killed = run(
+      fmt::format("mkfifo {0}; (cat {1}; exec sleep 20) > {0} & feeds=$!; {2} --state {3} < {0} > /dev/null & runs=$!; "
+                  "n=0; while [ ! -f {3} ] && [ $n -lt 250 ]; do sleep 0.02; n=$((n + 1)); done; "
+                  "kill -9 $runs; kill $feeds",
+                  pipe, part, program, state));
+  ASSERT_TRUE(std::filesystem::exists(state)) << killed.text;
+  EXPECT_EQ(run(program + " --state " + state + " < /dev/null").status, 0) << "the killed program's";
+  run_on_rows(program, "--state " + state + "1");
+  const std::string whole = core::read_file(state + "1");
+  EXPECT_FALSE(std::filesystem::exists(state + "1.new"));
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{1}, std::size_t{39}, std::size_t{40}, std::size_t{41},
+                                  whole.size() / 2, whole.size() - 1}) {
+    core::write_file(state + "1.new", whole.substr(0, bytes));
+    core::write_file(state + "1", whole);
+    EXPECT_EQ(run(program + " --state " + state + "1 < /dev/null").status, 0) << "beside a part of a new one";
+    core::write_file(state + "2", whole.substr(0, bytes));
+    const Said said = run(program + " --state " + state + "2 < /dev/null");
+    EXPECT_EQ(WEXITSTATUS(said.status), 3) << bytes;
+    EXPECT_NE(said.text.find(bytes < 40 ? "no state" : "a damaged state"), std::string::npos) << said.text;
+    EXPECT_EQ(core::read_file(state + "2").size(), bytes) << "left as it was";
+  }
+  ControlOptions options;
+  options.compensator.step_s = 30.0;
+  const ControlModel another(lumps(), options);
+  const std::vector<unsigned char> other = test::Twin(another.model()).saved();
+  core::write_file(state + "3", std::string(other.begin(), other.end()));
+  EXPECT_NE(run(program + " --state " + state + "3 < /dev/null").text.find("another model"), std::string::npos);
 }
 
 TEST(ControlLibrary, NeedsNothingButLibmAndLibc) {

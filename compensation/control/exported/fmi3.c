@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The twin behind FMI 3.0 for Co-Simulation. A step from t to t + h is a row at t + h with the inputs that are set; the
+ * first row is that of the start, when initialisation ends. References: inputs and real outputs as fmu_twin.h numbers
+ * them, then its integers, then the time. */
+#include "fmi3.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmu_twin.h"
+
+typedef enum { instantiated, initialising, stepping, terminated } phase;
+
+typedef struct instance {
+  fmu_twin* twin;
+  fmi3InstanceEnvironment environment;
+  fmi3LogMessageCallback log;
+  double start;
+  phase now;
+} instance;
+
+static fmi3Status complain(const instance* i, const char* text) {
+  if (i->log) i->log(i->environment, fmi3Error, "error", text);
+  return fmi3Error;
+}
+
+const char* fmi3GetVersion(void) { return "3.0"; }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+  (void)on, (void)n, (void)categories;
+  return c ? fmi3OK : fmi3Error;
+}
+
+static fmi3Instance refuse(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+  instance none;
+  memset(&none, 0, sizeof none);
+  none.environment = environment;
+  none.log = log;
+  complain(&none, "this FMU is for co-simulation");
+  return NULL;
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log) {
+  (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+  return refuse(environment, log);
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                               fmi3ClockUpdateCallback update, fmi3PreemptionCallback lock,
+                                               fmi3PreemptionCallback unlock) {
+  (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
+  return refuse(environment, log);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early_return,
+                                         const fmi3ValueReference between[], size_t n_between,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update) {
+  const char* why = "no memory";
+  instance* i = (instance*)calloc(1, sizeof *i);
+  (void)name, (void)visible, (void)logging, (void)events, (void)early_return, (void)between, (void)n_between;
+  (void)update;
+  if (!i) return NULL;
+  i->environment = environment;
+  i->log = log;
+  i->twin = fmu_open(resources, token, calloc, free, &why);
+  if (i->twin) return i;
+  complain(i, why);
+  free(i);
+  return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance c) {
+  instance* i = (instance*)c;
+  if (!i) return;
+  fmu_close(i->twin);
+  free(i);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
+  instance* i = (instance*)c;
+  (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+  if (!i || i->now != instantiated || !isfinite(start)) return fmi3Error;
+  i->start = start;
+  i->now = initialising;
+  return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+  instance* i = (instance*)c;
+  if (!i || i->now != initialising) return fmi3Error;
+  if (fmu_row(i->twin, i->start) < 0) return complain(i, "the start is no time");
+  i->now = stepping;
+  return fmi3OK;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) {
+  instance* i = (instance*)c;
+  if (!i || i->now != stepping) return fmi3Error;
+  i->now = terminated;
+  return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+  instance* i = (instance*)c;
+  if (!i) return fmi3Error;
+  fmu_begin(i->twin);
+  i->start = 0.0;
+  i->now = instantiated;
+  return fmi3OK;
+}
+
+/* The instance is always in step mode; events and configuration are not in the description. */
+fmi3Status fmi3EnterStepMode(fmi3Instance c) { return c && ((instance*)c)->now == stepping ? fmi3OK : fmi3Error; }
+fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (void)c, fmi3Error; }
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return (void)c, fmi3Error; }
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return (void)c, fmi3Error; }
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return (void)c, fmi3Error; }
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return (void)c, fmi3Error; }
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_return, fmi3Boolean* event,
+                      fmi3Boolean* terminate, fmi3Boolean* early, fmi3Float64* last) {
+  instance* i = (instance*)c;
+  (void)no_return;
+  if (!i || i->now != stepping) return fmi3Error;
+  if (event) *event = false;
+  if (terminate) *terminate = false;
+  if (early) *early = false;
+  if (last) *last = i->twin->time;
+  if (fmu_row(i->twin, time + step) < 0) return complain(i, "the step does not lead on in time");
+  if (last) *last = i->twin->time;
+  return fmi3OK;
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t values) {
+  const instance* i = (const instance*)c;
+  if (!i || values != n) return fmi3Error;
+  const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin),
+                 time = inputs + outputs + (unsigned)fmu_integers(i->twin);
+  for (size_t k = 0; k < n; ++k) {
+    if (r[k] != time && r[k] >= inputs + outputs) return complain(i, "no real variable of this reference");
+    v[k] = r[k] == time    ? i->twin->time
+           : r[k] < inputs ? i->twin->inputs[r[k]]
+                           : fmu_output(i->twin, (int)(r[k] - inputs));
+  }
+  return fmi3OK;
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[],
+                          size_t values) {
+  const instance* i = (const instance*)c;
+  if (!i || values != n) return fmi3Error;
+  for (size_t k = 0; k < n; ++k) {
+    if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, "no input of this reference");
+    i->twin->inputs[r[k]] = v[k];
+  }
+  return fmi3OK;
+}
+
+fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Int32 v[], size_t values) {
+  const instance* i = (const instance*)c;
+  if (!i || values != n) return fmi3Error;
+  const unsigned first = (unsigned)(fmu_inputs(i->twin) + fmu_outputs(i->twin)),
+                 count = (unsigned)fmu_integers(i->twin);
+  for (size_t k = 0; k < n; ++k) {
+    if (r[k] < first || r[k] >= first + count) return complain(i, "no integer variable of this reference");
+    v[k] = fmu_integer(i->twin, (int)(r[k] - first));
+  }
+  return fmi3OK;
+}
+
+fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Int32 v[], size_t values) {
+  (void)r, (void)v;
+  return c && n == 0 && values == 0 ? fmi3OK : fmi3Error;
+}
+
+/* A copied state: phase and start, then the twin's. */
+typedef struct copied {
+  double start, now;
+} copied;
+
+static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_state_bytes(i->twin); }
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* state) {
+  const instance* i = (const instance*)c;
+  if (!i || !state) return fmi3Error;
+  const copied head = {i->start, (double)i->now};
+  if (!*state) *state = calloc(copied_bytes(i), 1);
+  if (!*state) return complain(i, "no memory");
+  memcpy(*state, &head, sizeof head);
+  fmu_save(i->twin, (char*)*state + sizeof head);
+  return fmi3OK;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+  instance* i = (instance*)c;
+  copied head;
+  if (!i || !state) return fmi3Error;
+  memcpy(&head, state, sizeof head);
+  if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
+    return complain(i, "not a state of this model");
+  i->start = head.start;
+  i->now = (phase)head.now;
+  return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* state) {
+  if (!c || !state) return fmi3Error;
+  free(*state);
+  *state = NULL;
+  return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t* size) {
+  if (!c || !state || !size) return fmi3Error;
+  *size = copied_bytes((const instance*)c);
+  return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+  const instance* i = (const instance*)c;
+  if (!i || !state || size < copied_bytes(i)) return fmi3Error;
+  memcpy(bytes, state, copied_bytes(i));
+  return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState* state) {
+  const instance* i = (const instance*)c;
+  if (!i || !state || size != copied_bytes(i)) return fmi3Error;
+  if (!*state) *state = calloc(size, 1);
+  if (!*state) return complain(i, "no memory");
+  memcpy(*state, bytes, size);
+  return fmi3OK;
+}
