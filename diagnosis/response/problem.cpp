@@ -147,7 +147,11 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   const double factor = channel.is_temperature() ? model_error : std::hypot(model_error, spread.expansion);
   cov.shapes.resize(channel.size(), 1 + beside.cols());
   cov.shapes << factor * moved, model_error * beside;
-  const double slow = std::hypot(model_error, 0.5 * spread.heat) * amplitude;
+  // A mesh's error in a direction is a share of the whole motion: a machine that is symmetric in x moves hardly in x,
+  // its mesh does.
+  const double motion =
+      std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(std::max<Index>(1, channel.size()))));
+  const double slow = std::hypot(model_error * motion, 0.5 * spread.heat * amplitude);
   cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
                 {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
   const double seen = root_mean_square((channel.value - predicted).head(channel.fitted));

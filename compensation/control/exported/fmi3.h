@@ -92,13 +92,13 @@ FMI3_EXPORT fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t* n)
 FMI3_EXPORT fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference r, size_t* n);
 
 /* Changes of mode, by name. */
-#define FMI3_MODES(ANY)                                                                                  \
-  ANY(ExitInitializationMode)                                                                            \
-  ANY(Terminate)                                                                                         \
-  ANY(Reset)                                                                                             \
-  ANY(EnterEventMode)                                                                                    \
-  ANY(EnterStepMode) ANY(EnterConfigurationMode) ANY(ExitConfigurationMode) ANY(EnterContinuousTimeMode) \
-      ANY(EvaluateDiscreteStates)
+#define FMI3_MODES(ANY)       \
+  ANY(ExitInitializationMode) \
+  ANY(Terminate)              \
+  ANY(Reset)                  \
+  ANY(EnterEventMode)         \
+  ANY(EnterStepMode)          \
+  ANY(EnterConfigurationMode) ANY(ExitConfigurationMode) ANY(EnterContinuousTimeMode) ANY(EvaluateDiscreteStates)
 #define FMI3_DECLARE(name) FMI3_EXPORT fmi3Status fmi3##name(fmi3Instance c);
 FMI3_MODES(FMI3_DECLARE)
 #undef FMI3_DECLARE
