@@ -281,6 +281,35 @@ TEST(Problem, ALinearFormElsewhereIsExactThere) {
             1e-9 * exact.norm());
 }
 
+/// A machine that is symmetric in a direction hardly moves in it, but its mesh turns a share of the whole motion there.
+TEST(Problem, AMeshErrsInADirectionByAShareOfTheWholeMotion) {
+  reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
+  model.mesh_error = reduction::MeshError{VectorXd::Constant(std::ssize(model.machine.sensors), 0.02),
+                                          VectorXd::Constant(6, 0.02), "made up"};
+  const compensation::Measurement measured = lumped::measure({}, {.hours = 8, .seed = 3});
+  const Observations obs = observe(measured);
+  const diagnosis::Response response(model, obs);
+  const diagnosis::Problem problem = diagnosis::make_problem(model.machine, measured, obs, response, {});
+  int beside = 0;
+  for (std::size_t k = 0; k < obs.channels.size(); ++k) {
+    const diagnosis::ObservedChannel& channel = obs.channels[k];
+    if (channel.is_temperature()) continue;
+    double squares = 0.0, own = 0.0;
+    for (std::size_t other = 0; other < obs.channels.size(); ++other) {
+      if (obs.channels[other].is_temperature() || obs.channels[other].channel.unit != channel.channel.unit ||
+          obs.channels[other].channel.pose_text != channel.channel.pose_text)
+        continue;
+      const VectorXd at = problem.predicted.segment(problem.first_row(other), obs.channels[other].size());
+      const double square = (at.array() - at[0]).square().mean();
+      squares += square;
+      if (other == k) own = square;
+    }
+    beside += own < 0.5 * squares ? 1 : 0;
+    EXPECT_GT(problem.covariance[k].wander[0].std, 0.99 * 0.02 * std::sqrt(squares)) << channel.channel.id;
+  }
+  EXPECT_GT(beside, 0) << "no channel moves less than the others at its pose";
+}
+
 TEST(Response, IsBitwiseTheSameForAnyThreads) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
