@@ -28,5 +28,10 @@ function(thermotwin_install_files)
   install(DIRECTORY tests/cases/toy DESTINATION ${thermotwin_data_dir}/tests/cases COMPONENT program)
   install(FILES README.md LICENSE cmake/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  # Pages that the documents link to.
+  foreach(folder core mesh solver reduction compensation diagnosis metrology tools tests tests/cases
+      tests/hidden_effects tests/verification cases cases/vmc5)
+    install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
+  endforeach()
   install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 endfunction()

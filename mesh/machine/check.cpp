@@ -263,10 +263,29 @@ void check_materials(const Draft& draft) {
   }
 }
 
+/// A film in still air on the surface of a rotating disc, whose law holds the still air already.
+void check_discs(const Draft& draft) {
+  for (const FilmSpec& disc : draft.machine.films) {
+    if (disc.kind != FilmKind::rotating_disc || !disc.state.empty()) continue;
+    for (const FilmSpec& other : draft.machine.films) {
+      const bool still = other.kind == FilmKind::constant || other.kind == FilmKind::free_convection;
+      if (!still || !other.state.empty()) continue;
+      for (const std::string& surface : other.surfaces) {
+        if (std::find(disc.surfaces.begin(), disc.surfaces.end(), surface) == disc.surfaces.end()) continue;
+        core::warn(
+            fmt::format("{} surfaces: '{}' has the film '{}' as well; the law rotating_disc contains still air, "
+                        "so its heat counts twice",
+                        draft.place("film", other.id), surface, disc.id));
+      }
+    }
+  }
+}
+
 void check_machine(const Draft& draft) {
   check_materials(draft);
   check_loads(draft);
   check_volumes(draft);
+  check_discs(draft);
   check_tree(draft);
   check_surfaces(draft);
   check_joints(draft);

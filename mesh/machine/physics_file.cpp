@@ -207,9 +207,9 @@ SourceSpec read_source(const Node& node, Draft& draft) {
     total += source.places.back().share;
   }
   node.finish();
-  if (source.laws.empty() && source.losses.empty() && source.drive.empty()) {
+  if (source.laws.empty() && source.losses.empty() && source.drive.empty() && source.standstill == 0.0) {
     throw InputError(node.place(), "a source without power",
-                     "law = [ {input, at, power_W} or {kind, motion, ...} ] or drive");
+                     "law = [ {input, at, power_W} or {kind, motion, ...} ], drive or standstill_W");
   }
   if (source.places.empty())
     throw InputError(node.place(), "a source without a place", "place = [ {surface, joint or volume, share} ]");

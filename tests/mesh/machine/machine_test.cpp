@@ -113,6 +113,27 @@ TEST(MachineFile, ACoolerMaySwitch) {
   EXPECT_DOUBLE_EQ(m.coolants[0].drift_up, 2.0);
 }
 
+TEST(MachineFile, AStillFilmOnARotatingDiscIsWarnedOf) {
+  const auto warnings = [](const std::string& text) {
+    testing::internal::CaptureStderr();
+    mesh::parse_machine(text, "machine.toml");
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(warnings(machine_text()).find("rotating_disc"), std::string::npos) << "the disc's film has a state";
+  const std::string always = warnings(replaced(machine_text(), "fraction = 0.5\nstate = \"cutting_fluid.on\"\n", ""));
+  EXPECT_NE(always.find("'table.top' has the film 'disc' as well"), std::string::npos) << always;
+  EXPECT_NE(always.find("machine.toml:"), std::string::npos) << always;
+}
+
+TEST(MachineFile, StandstillAloneIsAPower) {
+  const std::string source =
+      "[[source]]\nid = \"cabinet\"\nstandstill_W = 25\nplace = [ { surface = \"table.top\" } ]\n";
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(machine_text() + source, "machine.toml").sources.back().standstill, 25.0);
+  const std::string message = samples::message_of(
+      [&] { mesh::parse_machine(machine_text() + replaced(source, "standstill_W = 25\n", ""), "machine.toml"); });
+  EXPECT_NE(message.find("or standstill_W"), std::string::npos) << message;
+}
+
 TEST(MachineFile, FluidsAndWhatFollowsTheTemperature) {
   const mesh::Machine m = mesh::parse_machine(machine_text() + R"(
 [[door]]
