@@ -38,6 +38,11 @@ void require_acceptable(const DiagnoseOptions& options) {
     throw core::InputError("--accept " + options.accept.string(), "no case to copy", "diagnose CASE --data DIR");
   if (fs::exists(options.accept))
     throw core::InputError("--accept " + options.accept.string(), "a folder that exists", "a new folder");
+  const fs::path folder = fs::is_directory(options.case_path) ? options.case_path : options.case_path.parent_path();
+  const fs::path from_case = fs::weakly_canonical(options.accept).lexically_relative(fs::weakly_canonical(folder));
+  if (!from_case.empty() && *from_case.begin() != "..")
+    throw core::InputError("--accept " + options.accept.string(), "a folder inside of the case",
+                           "a new folder outside of " + folder.string());
 }
 
 std::string accept_extension(const DiagnoseOptions& options, const fs::path& diagnosis_folder,

@@ -177,8 +177,9 @@ TEST(Diagnose, SeveralRecordsAreOneQuestion) {
   std::filesystem::rename(toy.file("measurement"), toy.file("monday"));
   std::filesystem::copy(toy.file("monday"), toy.file("friday"));
   const std::string model = (toy_run() / "model.rom.h5").string();
+  const Toy elsewhere;
   const Result both = toy.run({"diagnose", "--data", toy.file("monday"), toy.path(), "--data", toy.file("friday"),
-                               "--model", model, "--json", "--accept", toy.file("accepted")});
+                               "--model", model, "--json", "--accept", elsewhere.file("accepted")});
   ASSERT_EQ(both.status, 0) << both.err;
   const json d = json::parse(both.out), one = json::parse(read(toy_run() / "diagnosis/diagnosis.json"));
   EXPECT_EQ(d["verdict"], "explained") << both.out;
@@ -194,6 +195,10 @@ TEST(Diagnose, SeveralRecordsAreOneQuestion) {
       toy.run({"diagnose", toy.path(), "--data", toy.file("monday"), "--data", toy.file("monday"), "--model", model});
   EXPECT_EQ(twice.status, 3);
   for (const char* words : {"--data", "the same record twice", "each record once"}) EXPECT_SAYS(twice.err, words);
+  const Result inside = toy.run(
+      {"diagnose", toy.path(), "--data", toy.file("monday"), "--model", model, "--accept", toy.file("accepted")});
+  EXPECT_EQ(inside.status, 3);
+  EXPECT_SAYS(inside.err, "a folder inside of the case");
   const Result bare = toy.run({"diagnose", "--data", toy.file("monday"), "--data", toy.file("friday")});
   EXPECT_EQ(bare.status, 2);
   EXPECT_SAYS(bare.err, "they need a CASE or --model");
