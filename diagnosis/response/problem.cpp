@@ -125,13 +125,19 @@ Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
   return moves;
 }
 
+/// A machine that is symmetric in x hardly moves in x, but its mesh turns a share of the whole motion there.
+struct ModelError {
+  double share;
+  bool of_whole_motion;  ///< of the motion in all directions, else of the channel's own change
+};
+
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
-/// @param model_error  share of its own change, of mesh and discretisation
+/// @param model_error  of mesh and discretisation
 /// @param beside  (n x others) what the other directions at the pose move
 ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
                                      const Eigen::MatrixXd& beside, double start_C, const MaterialSpread& spread,
-                                     double model_error, double& amplitude) {
+                                     const ModelError& model_error, double& amplitude) {
   const Floor floor = floor_of(channel);
   ChannelCovariance cov;
   cov.time = channel.time;
@@ -144,14 +150,13 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   const Eigen::VectorXd measured_moved =
       channel.value.head(channel.fitted).array() - (from_first ? 0.0 : channel.value[0]);
   amplitude = std::max({root_mean_square(moved), root_mean_square(measured_moved), 3.0 * floor.slow});
-  const double factor = channel.is_temperature() ? model_error : std::hypot(model_error, spread.expansion);
+  const double factor = channel.is_temperature() ? model_error.share : std::hypot(model_error.share, spread.expansion);
   cov.shapes.resize(channel.size(), 1 + beside.cols());
-  cov.shapes << factor * moved, model_error * beside;
-  // A mesh's error in a direction is a share of the whole motion: a machine that is symmetric in x moves hardly in x,
-  // its mesh does.
-  const double motion =
-      std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(std::max<Index>(1, channel.size()))));
-  const double slow = std::hypot(model_error * motion, 0.5 * spread.heat * amplitude);
+  cov.shapes << factor * moved, model_error.share * beside;
+  double motion = amplitude;
+  if (model_error.of_whole_motion && beside.size() > 0)
+    motion = std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(channel.size())));
+  const double slow = std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude);
   cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
                 {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
   const double seen = root_mean_square((channel.value - predicted).head(channel.fitted));
@@ -305,7 +310,8 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
     const Index first = problem.first_row(k);
     problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
                                                     moves_beside(problem, k), obs.each()[channel.record].start_C,
-                                                    spread, allowance.of(channel), problem.amplitude[k]));
+                                                    spread, {allowance.of(channel), allowance.is_of_whole_motion()},
+                                                    problem.amplitude[k]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
