@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// `export MODEL --c`, `--fmu` and `--linuxcnc`: a reduced model as C source for a control, as an FMU, or with what joins it
-// to a LinuxCNC configuration.
+// `export MODEL --c`, `--fmu` and `--linuxcnc`: a reduced model as C source for a control, as an FMU, or with what
+// joins it to a LinuxCNC configuration.
 
 #include "tools/options.h"
 

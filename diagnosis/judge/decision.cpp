@@ -196,8 +196,8 @@ void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchR
   }
 }
 
-/// The machine as stated fits the fitted part already: chi-square as expected, and no channel further off than expected.
-/// A cause may fit better still, but then the model's error is stated too large to say so.
+/// The machine as stated fits the fitted part already: chi-square as expected, and no channel further off than
+/// expected. A cause may fit better still, but then the model's error is stated too large to say so.
 bool nothing_fits(const Problem& problem, const SearchResult& found) {
   if (found.fitted == 0 || found.chi_square_none > found.fitted) return false;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {

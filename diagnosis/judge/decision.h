@@ -19,11 +19,12 @@ inline constexpr double sure = 0.9;     ///< marginal probability that names a c
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
 /// Changes an explained verdict to ambiguous, with an unknown cause in the set, if the whole record strains the
-/// explanation: a size that varies, or another parameter that deviates, by more than expected. Where it is the size of a
-/// single source or joint, `other_law` of it is in the set too.
+/// explanation: a size that varies, or another parameter that deviates, by more than expected. Where it is the size of
+/// a single source or joint, `other_law` of it is in the set too.
 void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out);
 
-/// The same for a reason such as "correcting it worsens ...": the strongest cause stays, with an unknown one in the set.
+/// The same for a reason such as "correcting it worsens ...": the strongest cause stays, with an unknown one in the
+/// set.
 void leave_open(const std::string& reason, Diagnosis& out);
 
 /// @return whether an estimate deviates from nominal by more than three stated standard deviations and by more than two

@@ -47,8 +47,8 @@ struct NextMeasurement {
   std::vector<std::string> outcomes;  ///< what each cause foretells of the channel, one sentence each
 };
 
-/// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a ratio
-/// in shares of the nominal value.
+/// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a
+/// ratio in shares of the nominal value.
 struct Detectable {
   Kind kind = Kind::none;
   std::string unit;

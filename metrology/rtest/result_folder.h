@@ -21,7 +21,8 @@ core::Table error_table(const RTestAnalysis& analysis);
 compensation::Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
                                          const std::optional<compensation::Measurement>& beside);
 
-/// The deviations themselves: dx, dy and dz of the TCP error at each place of a discrete test, "dx@1", at the times of the
+/// The deviations themselves: dx, dy and dz of the TCP error at each place of a discrete test, "dx@1", at the times of
+/// the
 /// points. They hold the tool's side as well, as the prediction of a machine does; a location error of a machine has
 /// the side of its axis alone. A place that a cycle measures twice has its first deviation.
 /// @throws InputError: a cycle with more than most_places points, a channel that both have

@@ -79,7 +79,8 @@ TEST(ResultFolder, IsReadAsAMeasurementFolder) {
   EXPECT_TRUE(std::isnan(read.values(read.channels[0])[2]));
 }
 
-// The deviations at the points: a place that is measured again in a cycle counts once, a turn further is the same place.
+// The deviations at the points: a place that is measured again in a cycle counts once, a turn further is the same
+// place.
 TEST(ResultFolder, DeviationsAtThePointsAreChannels) {
   RTestRecord points = record();
   points.std = 0.4e-6;
