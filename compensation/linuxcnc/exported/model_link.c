@@ -72,7 +72,7 @@ void model_link_tend(model_link* link, double now) {
   int how = 0;
   if (link->process > 0) {
     const double patience = link->answered_at > link->begun_at ? hang_s : start_s;
-    if (link->unanswered > 0 && now - link->answered_at > patience) {
+    if (link->unanswered > 0 && now - link->waiting_since > patience) {
       fprintf(stderr, "thermotwin_pins: the model no longer answers and is ended\n");
       kill(link->process, SIGKILL);
     }
@@ -90,7 +90,7 @@ void model_link_tend(model_link* link, double now) {
   if (now >= link->next_start_at) start(link, now);
 }
 
-int model_link_send(model_link* link, const model_row* row) {
+int model_link_send(model_link* link, const model_row* row, double now) {
   ssize_t put;
   if (link->process <= 0 || link->unanswered >= most_unanswered) return 0;
   put = write(link->to, row, sizeof *row);
@@ -99,7 +99,7 @@ int model_link_send(model_link* link, const model_row* row) {
     if (put > 0) kill(link->process, SIGKILL);
     return 0;
   }
-  if (link->unanswered++ == 0 && link->answered_at < link->begun_at + 1e-9) link->answered_at = link->begun_at;
+  if (link->unanswered++ == 0) link->waiting_since = now; /* a pause without rows is no silence */
   return 1;
 }
 
@@ -117,7 +117,7 @@ int model_link_answer(model_link* link, int wait_ms, double now, model_answer* a
     if (link->filled < sizeof link->part) continue;
     memcpy(answer, link->part, sizeof *answer);
     link->filled = 0;
-    link->answered_at = now;
+    link->answered_at = link->waiting_since = now;
     if (link->unanswered > 0) --link->unanswered;
     got = 1;
   }

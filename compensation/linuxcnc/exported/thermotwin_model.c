@@ -108,8 +108,7 @@ static void pass_pause(tt_twin* twin, double until) {
   static double off[TT_CHANNELS];
   double time = twin->now->time;
   for (int k = 0; k < m->channels; ++k) {
-    off[k] = m->channel_state[k] || !m->channel_temperature[k] ? m->channel_default[k] : NAN;
-    if (m->channel_state[k]) off[k] = 0.0;
+    off[k] = m->channel_state[k] ? 0.0 : m->channel_temperature[k] ? NAN : m->channel_default[k];
   }
   for (int a = 0; a < m->axes; ++a) off[m->axis_position[a]] = NAN; /* axes stay where they are */
   if (m->machine_on >= 0) off[m->machine_on] = 0.0;

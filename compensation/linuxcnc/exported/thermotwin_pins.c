@@ -145,7 +145,7 @@ static void run(all_pins* pins, const settings* how) {
     row.time_s = wall + (now - begun); /* a clock that is set meanwhile does not matter */
     read_pins(pins, how, &row);
     add_feeds(before.channels, before.time_s > 0.0 ? row.time_s - before.time_s : 0.0, row.channels);
-    model_link_send(&link, &row);
+    model_link_send(&link, &row, now);
     if (model_link_answer(&link, wait_ms, seconds(CLOCK_MONOTONIC), &answer))
       show(pins, &answer, 1e3 * (seconds(CLOCK_MONOTONIC) - begun - (answer.time_s - wall)));
     *pins->model_is_up = link.process > 0;

@@ -72,7 +72,7 @@ static void row(double time, uint64_t session, int counted) {
   tt_twin_row(&reference, time, one.channels, NULL);
   while (now_s() - begun < 5.0) {
     model_link_tend(&link_to, now_s());
-    if (link_to.unanswered == 0) model_link_send(&link_to, &one);
+    if (link_to.unanswered == 0) model_link_send(&link_to, &one, now_s());
     if (!model_link_answer(&link_to, 20, now_s(), &answer)) continue;
     ++answers;
     longest_s = fmax(longest_s, now_s() - begun);
