@@ -3,32 +3,15 @@
 // Records that models are tested on: inputs over irregular times, and fits on their beginning.
 
 #include <cmath>
-#include <cstdint>
-#include <random>
 
 #include "compensation/models/channel_model.h"
+#include "tests/compensation/uniform.h"
 
 namespace thermotwin::compensation::test {
 
 struct Record {
   Eigen::VectorXd time;
   Eigen::MatrixXd temperatures;
-};
-
-/// Numbers between 0 and 1, the same on every machine.
-class Uniform {
-public:
-  explicit Uniform(std::uint64_t seed) : engine_(seed) {}
-  double operator()() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
-  /// Sum of twelve: near to normal.
-  double normal() {
-    double sum = -6.0;
-    for (int i = 0; i < 12; ++i) sum += (*this)();
-    return sum;
-  }
-
-private:
-  std::mt19937_64 engine_;
 };
 
 /// Irregular times and three temperatures that wander on different time scales.

@@ -36,12 +36,12 @@ mesh::MachineMesh block(mesh::TetMesh box, const mesh::Material& material) {
   return machine_mesh(machine, {std::move(box)});
 }
 
-struct Errors {
+struct HeatErrors {
   double value = 0, gradient = 0;  ///< L2 norms
 };
 
 /// div(K grad T) + f = 0 inside, n K grad T + h T = g on the skin, with f and g of the exact field.
-Errors steady_errors(const mesh::TetMesh& box, const Waves& exact) {
+HeatErrors steady_errors(const mesh::TetMesh& box, const Waves& exact) {
   const double film = 40.0;
   const mesh::Material material = oblique();
   const Matrix3d tensor = *material.conductivity_tensor;
@@ -63,7 +63,7 @@ Errors steady_errors(const mesh::TetMesh& box, const Waves& exact) {
   c.p = Eigen::VectorXd::Constant(1, film);
   c.q = Eigen::VectorXd::Zero(system.inputs.cols());
   const Eigen::VectorXd t = solver::solve_shifted(system, c, 0.0, load);
-  Errors errors;
+  HeatErrors errors;
   over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n,
                        const mesh::TetGradients& g) {
     double value = 0.0;
@@ -82,8 +82,8 @@ TEST(ManufacturedHeat, OrdersInSpace) {
   const Waves exact({{{3.0, 1.0, -2.0}, 0.3, 2.0}, {{-1.0, 2.5, 1.5}, 1.1, 1.0}, {{0.5, -1.5, 4.0}, -0.4, 0.7}});
   for (int order : {1, 2}) {
     const int cells = order == 1 ? 10 : 6;
-    const Errors coarse = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(cells), order), exact);
-    const Errors fine = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(2 * cells), order), exact);
+    const HeatErrors coarse = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(cells), order), exact);
+    const HeatErrors fine = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(2 * cells), order), exact);
     const std::string name = std::string("heat in space, ") + words(order);
     expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of T"}, order + 1,
                  std::log2(coarse.value / fine.value));

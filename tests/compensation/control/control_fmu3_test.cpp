@@ -24,8 +24,8 @@ using test::lumps;
 using test::row_at;
 using Instance = void*;
 
-int logged = 0;
-void log_message(void* /*environment*/, int /*status*/, const char* /*category*/, const char* /*message*/) { ++logged; }
+int logged3 = 0;
+void log_message3(void* /*environment*/, int /*status*/, const char* /*category*/, const char* /*message*/) { ++logged3; }
 
 class Fmu3 : public ::testing::Test {
 protected:
@@ -44,7 +44,7 @@ protected:
     const unsigned* no_references = nullptr;
     void *environment = nullptr, *update = nullptr;
     return importer_->call<Instance>("fmi3InstantiateCoSimulation", "one", token.c_str(), resources.c_str(), false,
-                                     true, false, false, no_references, std::size_t{0}, environment, &log_message,
+                                     true, false, false, no_references, std::size_t{0}, environment, &log_message3,
                                      update);
   }
   Instance begun(const VectorXd& row) const {
@@ -145,9 +145,9 @@ TEST_F(Fmu3, HasTheBitsOfTheCoreAndOfASerialisedState) {
 }
 
 TEST_F(Fmu3, RefusesWhatItCannotDo) {
-  logged = 0;
+  logged3 = 0;
   EXPECT_EQ(instantiate("{0123456789abcdef}"), nullptr);
-  EXPECT_EQ(logged, 1);
+  EXPECT_EQ(logged3, 1);
   const Instance c = begun(VectorXd::Constant(1, 1.0));
   EXPECT_EQ(step(c, 0.0, 5.0), 0);
   EXPECT_EQ(step(c, 4.0, 0.5), 3) << "back in time";

@@ -3,10 +3,10 @@
 // The lumped five-axis machine with every law that a machine.toml may state, and random rows of its channels.
 
 #include <cmath>
-#include <random>
 #include <string>
 
 #include "solver/operation/operating_model.h"
+#include "tests/compensation/uniform.h"
 #include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation::test {
@@ -208,24 +208,6 @@ inline solver::Layout rich_layout(const mesh::Machine& machine) {
   }
   return solver::make_layout(machine, std::move(grids));
 }
-
-/// Uniform in [low, high], the same on every system.
-class Uniform {
-public:
-  explicit Uniform(std::uint64_t seed) : engine_(seed) {}
-  /// Sum of twelve: near to normal.
-  double normal() {
-    double sum = -6.0;
-    for (int i = 0; i < 12; ++i) sum += (*this)(0.0, 1.0);
-    return sum;
-  }
-  double operator()(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-
-private:
-  std::mt19937_64 engine_;
-};
 
 /// A row of a machine at work: speeds, ranges, states, measured temperatures, some of them missing.
 inline Eigen::VectorXd random_row(const mesh::Machine& machine, const solver::Channels& channels, Uniform& number) {
