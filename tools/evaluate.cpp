@@ -99,6 +99,18 @@ void require_once(const EvaluateOptions& options) {
   }
 }
 
+/// Folders that train or are judged beside the measurement belong to the same machine.
+void require_same_machine(const mesh::Machine& machine, std::vector<compensation::Measurement>& folders) {
+  for (compensation::Measurement& folder : folders) {
+    try {
+      require_measured_on(machine, folder);
+    } catch (const core::InputError& error) {
+      throw core::InputError(
+          fmt::format("{}: no record of machine '{}': {}", folder.folder.string(), machine.name, error.what()));
+    }
+  }
+}
+
 void write_tables(const compensation::Evaluation& evaluation, const std::filesystem::path& folder) {
   core::write_csv(folder / "predictions.csv", evaluation.predictions);
   for (const auto& [name, table] : evaluation.other_predictions)
@@ -169,7 +181,8 @@ void evaluate(const EvaluateOptions& options) {
     evaluation = compensation::transfer(measurement, compensation::FittedModel::read(options.fitted), settings);
   } else if (!options.model.empty() || !options.case_path.empty()) {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
-    keep_all_plausible(model.machine.plausible_range());
+    require_same_machine(model.machine, others);
+    require_same_machine(model.machine, training_data);
     evaluation = compensation::evaluate(measurement, &model, settings, others, training_data);
   } else {
     keep_all_plausible({});

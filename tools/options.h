@@ -43,6 +43,7 @@ struct SimulateOptions : CommonOptions {
   bool resume = false;
   double checkpoint_every_s = 60;
   std::string solver = "auto";
+  bool steady = false;  ///< the state that each phase tends to, instead of the run
 };
 struct CampaignOptions : CommonOptions {
   std::filesystem::path case_path;
@@ -55,6 +56,8 @@ struct CampaignOptions : CommonOptions {
   bool reduced = false;                    ///< by the reduced model
   bool exact = false;                      ///< without time error where coefficients stand
   bool bound = false;                      ///< error_bound.csv from bound.rom.h5 beside the model
+  std::vector<std::string> poses;          ///< with reduced: instead of the workspace grid
+  bool all_tilts = false;                  ///< with reduced: the grid at each position of the table's axes
   std::filesystem::path model, reference;  ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
 };
 struct ReduceOptions : CommonOptions {
@@ -138,6 +141,7 @@ struct ExportOptions : CommonOptions {
 void run(const RunOptions& options);
 void mesh_machine(const MeshOptions& options);
 void simulate(const SimulateOptions& options);
+void simulate_steady(const SimulateOptions& options);
 void campaign(const CampaignOptions& options);
 void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);

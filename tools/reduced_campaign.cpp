@@ -78,6 +78,27 @@ std::optional<core::Table> at_poses(const core::Table& table, const std::vector<
   return part;
 }
 
+/// The workspace grid, the same at all positions of the table's axes, or the poses asked for.
+std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const CampaignOptions& options) {
+  std::vector<mesh::Pose> poses;
+  for (const std::string& text : options.poses) poses.push_back(mesh::parse_pose(machine, text, "--pose"));
+  if (!poses.empty()) return poses;
+  poses = mesh::workspace_poses(machine);
+  if (!options.all_tilts) return poses;
+  for (std::size_t i = 0; i < machine.workspace.table_axes.size(); ++i) {
+    const int axis = machine.axis_index(machine.workspace.table_axes[i]);
+    std::vector<mesh::Pose> turned;
+    for (const double position : machine.workspace.table_positions[i]) {
+      for (mesh::Pose pose : poses) {
+        pose[axis] = position;
+        turned.push_back(pose);
+      }
+    }
+    poses = std::move(turned);
+  }
+  return poses;
+}
+
 /// All that the runs of a campaign share.
 struct Runs {
   solver::Case machine_case;
@@ -103,7 +124,7 @@ Runs read_runs(const CampaignOptions& options) {
     runs.bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", runs.model);
     tell_what_no_bound_covers(machine_case.machine);
   }
-  runs.poses = mesh::workspace_poses(machine_case.machine);
+  runs.poses = poses_of(machine_case.machine, options);
   runs.how.exact = options.exact;
   runs.maker = fmt::format("reduced model of order {}, {}\n", runs.model.system.order(), file.filename().string());
   return runs;

@@ -128,6 +128,7 @@ nlohmann::json json_of(const solver::LoadResult& result, const mesh::Machine& ma
 }  // namespace
 
 void simulate(const SimulateOptions& options) {
+  if (options.steady) return simulate_steady(options);
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order, Asked::heat);
   const mesh::Machine& machine = machine_case.machine;

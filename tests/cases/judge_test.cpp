@@ -92,6 +92,28 @@ TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
             (std::set<std::string>{"grey_box_all", "static_regression", "reduced_model", "reduced_model_sensors"}));
 }
 
+TEST(Evaluate, RefusesATrainingFolderOfAnotherMachineByName) {
+  const Toy toy;
+  const std::string model = (toy_run() / "model.rom.h5").string();
+  std::filesystem::copy(toy_run() / "measurement", toy.file("other"), std::filesystem::copy_options::recursive);
+  const std::string channels = read(toy.file("other/channels.toml")), sensor = "sensor = \"T1\"";
+  std::string changed = channels;
+  ASSERT_NE(changed.find(sensor), std::string::npos);
+  changed.replace(changed.find(sensor), sensor.size(), "sensor = \"A_drive\"");
+  const auto judge = [&](const char* option) {
+    return toy.run({"evaluate", toy.path(), "--data", (toy_run() / "measurement").string(), "--model", model, option,
+                    toy.file("other"), "--models", "static_regression"});
+  };
+  EXPECT_EQ(judge("--train-data").status, 0);
+  toy.write("other/channels.toml", changed);
+  for (const char* option : {"--train-data", "--also"}) {
+    const Result refused = judge(option);
+    EXPECT_EQ(refused.status, 3) << option;
+    for (const std::string& words : {toy.file("other"), std::string("machine 'toy'"), std::string("A_drive")})
+      EXPECT_SAYS(refused.err, words);
+  }
+}
+
 TEST(Evaluate, JudgesTheExtendedModelBesideTheNominalOne) {
   const Toy toy;
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();

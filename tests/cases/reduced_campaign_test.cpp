@@ -63,6 +63,44 @@ TEST(ReducedCampaign, IsNeverTakenForTheFullOne) {
   EXPECT_EQ(read(toy.result("campaign/mixed/tcp.csv")), full);
 }
 
+TEST(ReducedCampaign, HasTheGridAtAllTiltsOrThePosesAskedFor) {
+  const Toy toy;
+  const std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", model(), "--load", "warm_up"};
+  const auto table = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), more.begin(), more.end());
+    const Result result = toy.run(all);
+    EXPECT_EQ(result.status, 0) << result.err;
+    return core::read_csv(toy.result("campaign_reduced/warm_up/tcp.csv"));
+  };
+  const core::Table grid = table({}), tilts = table({"--all-tilts"});
+  const Eigen::Index times = grid.rows() / 27;
+  ASSERT_EQ(tilts.rows(), 3 * 27 * times);
+  // The tilts of machine.toml; at the first of them the table is that of the grid.
+  for (const double tilt : {0.0, 45.0, 90.0})
+    EXPECT_EQ((tilts.column("B_deg").array() == tilt).count(), 27 * times) << tilt;
+  for (Eigen::Index i = 0; i < times; ++i) {
+    EXPECT_LT(largest((tilts.values.middleRows(81 * i, 27) - grid.values.middleRows(27 * i, 27)).reshaped()), 1e-6)
+        << i;
+  }
+  const core::Table two = table({"--pose", "X=0,Y=40,Z=50,B=45", "--pose", "X=33,B=90"});
+  ASSERT_EQ(two.rows(), 2 * times);
+  EXPECT_EQ(two.column("X_mm")[1], 33.0);
+  for (Eigen::Index row = 0; row < 81; ++row) {
+    if (tilts.column("X_mm")[row] != 0.0 || tilts.column("Y_mm")[row] != 40.0 || tilts.column("Z_mm")[row] != 50.0 ||
+        tilts.column("B_deg")[row] != 45.0)
+      continue;
+    EXPECT_LT(largest((two.values.row(2 * (times - 1)) - tilts.values.row(81 * (times - 1) + row)).transpose()), 1e-6);
+  }
+  std::vector<std::string> both = words;
+  both.insert(both.end(), {"--pose", "X=0", "--all-tilts"});
+  EXPECT_EQ(toy.run(both).status, 2);
+  EXPECT_EQ(toy.run({"campaign", toy.path(), "--all-tilts"}).status, 2);
+  const Result outside = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--pose", "Q=1"});
+  EXPECT_EQ(outside.status, 3);
+  EXPECT_SAYS(outside.err, "Q");
+}
+
 TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Toy toy;
   for (const std::vector<std::string>& option :

@@ -34,6 +34,14 @@ void add_campaign(CLI::App& app) {
                  "With --reduced: write error_bound.csv, the guaranteed error bound at the poses of bound.rom.h5 "
                  "beside the model (see `reduce --bound`).")
       ->needs(reduced);
+  auto* tilts = verb->add_flag("--all-tilts", campaign.all_tilts,
+                               "With --reduced: the workspace grid at each position of the table's axes, not only at "
+                               "their home.")
+                    ->needs(reduced);
+  verb->add_option("--pose", campaign.poses,
+                   "With --reduced: a pose, e.g. X=0,Y=0,Z=275,B=45; may be repeated (default: the workspace grid).")
+      ->needs(reduced)
+      ->excludes(tilts);
   add_checkpoint_option(*verb, campaign.checkpoint_every_s);
   add_mesh_options(*verb, campaign.size, campaign.mesh_order);
   add_solver_option(*verb, campaign.solver);

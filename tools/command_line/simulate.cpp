@@ -15,15 +15,20 @@ void add_simulate(CLI::App& app) {
   verb->add_option("CASE", simulate.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--load", simulate.load, "Load program: the name of a file in loads/.")->required();
   verb->add_option("--pose", simulate.pose, "Axis positions, mm and deg, e.g. X=0,Y=0,Z=275,B=45 (default: home).");
-  verb->add_option("--fields-every", simulate.fields_every_s,
-                   "Interval between the temperature fields of fields.pvd, s.")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  verb->add_option("--output-times", simulate.output_times,
-                   "Times of the results, s, e.g. 0,600,3600; the run ends at the last one (default: every output_s of "
-                   "the load).")
-      ->delimiter(',')
-      ->check(CLI::NonNegativeNumber);
+  auto* steady = verb->add_flag(
+      "--steady", simulate.steady,
+      "Compute the steady state of each phase by one solution instead of the run: a row and a field a phase.");
+  auto* every = verb->add_option("--fields-every", simulate.fields_every_s,
+                                 "Interval between the temperature fields of fields.pvd, s.")
+                    ->check(CLI::PositiveNumber)
+                    ->capture_default_str();
+  auto* times =
+      verb->add_option(
+              "--output-times", simulate.output_times,
+              "Times of the results, s, e.g. 0,600,3600; the run ends at the last one (default: every output_s of "
+              "the load).")
+          ->delimiter(',')
+          ->check(CLI::NonNegativeNumber);
   auto* from = verb->add_option(
       "--start-from", simulate.start_from,
       "Initial temperatures from a .vtu of fields.pvd, on any mesh of the machine (default: initial_C of the load).");
@@ -34,8 +39,9 @@ void add_simulate(CLI::App& app) {
   verb->add_option("--start-time", simulate.start_time_s, "Time in that table, s (default: its first row).")
       ->needs(sensors)
       ->check(CLI::NonNegativeNumber);
-  verb->add_flag("--resume", simulate.resume,
-                 "Continue from the checkpoint of an interrupted run with the same inputs.");
+  auto* resume = verb->add_flag("--resume", simulate.resume,
+                                "Continue from the checkpoint of an interrupted run with the same inputs.");
+  for (CLI::Option* of_run : {every, times, from, sensors, resume}) steady->excludes(of_run);
   add_checkpoint_option(*verb, simulate.checkpoint_every_s);
   add_mesh_options(*verb, simulate.size, simulate.mesh_order);
   add_solver_option(*verb, simulate.solver);

@@ -228,6 +228,18 @@ TEST(TransferGrid, PosesBetweenAreInterpolated) {
   EXPECT_TRUE(std::isnan(plain.predict(data)(900, 5))) << "a channel that no fit may use has no prediction of its own";
 }
 
+TEST(GridOfModels, PosesBetweenAreInterpolatedForRegressionAndComposite) {
+  const Dataset data = spindle_record();
+  for (const auto& [grid, plain] : {std::pair{"static_grid", "static_regression"}, {"composite_grid", "composite"}}) {
+    FittedModel over(model_spec(grid)), each(model_spec(plain));
+    over.fit(data, first_rows(data, 800), {"dz@6"});
+    each.fit(data, first_rows(data, 800), {});
+    // Where it was fitted it is the model of that pose; between, the mean of the poses would be off by a tenth.
+    EXPECT_NEAR(left_over(over, data, 1, 800), left_over(each, data, 1, 800), 1e-12) << grid;
+    EXPECT_LT(left_over(over, data, 5, 800), 0.05) << grid;
+  }
+}
+
 TEST(Correction, OneFactorCarriesAModelToAnotherMachineOfTheType) {
   const Dataset first = spindle_record(), second = spindle_record(0.7);
   FittedModel model(model_spec("arx"));
