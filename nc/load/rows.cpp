@@ -69,7 +69,9 @@ void RowBuilder::stretch(const Timed& timed, double from, double to) {
     row_.paused += duration;
     return;
   }
-  const double u0 = timed.share_at(from - timed.start), u1 = timed.share_at(to - timed.start);
+  // Exactly whole: sums of times carry rounding.
+  const double u0 = from > timed.start ? timed.share_at(from - timed.start) : 0.0,
+               u1 = to < timed.start + timed.duration() ? timed.share_at(to - timed.start) : 1.0;
   element.sweep(u0, u1, row_.travel, row_.low, row_.high);
   at_ = element.at(u1);
 }

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
+#include <fstream>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -17,7 +18,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file.h"
 #include "core/progress.h"
 #include "core/units.h"
 
@@ -166,23 +166,25 @@ private:
   std::array<std::array<double, 16>, 13> last_{};
 };
 
-/// A program as text: NC programs have neither zero bytes nor long lines.
+/// A program is text: it has neither control characters nor lines that the interpreter cuts.
 void require_text(const std::filesystem::path& path) {
-  const std::string text = core::read_file(path);
-  std::size_t line = 1, start = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path.string(), "cannot be read", "an NC program");
+  std::vector<char> part(1U << 16U);
+  std::size_t line = 1, length = 0;
   constexpr std::size_t longest = 254;
-  for (std::size_t i = 0; i <= text.size(); ++i) {
-    const bool end = i == text.size() || text[i] == '\n';
-    const auto c = i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>('\n');
-    if (i < text.size() && c < 32 && c != '\t' && c != '\n' && c != '\r' && !(c == 26 && i + 1 == text.size()))
-      throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),
-                       "text: an NC program has no control characters");
-    if (end && i - start > longest)
-      throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a line of {} characters", i - start),
-                       fmt::format("at most {} characters", longest));
-    if (end) {
-      ++line;
-      start = i + 1;
+  while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
+    for (const char letter : std::string_view(part.data(), static_cast<std::size_t>(in.gcount()))) {
+      const auto c = static_cast<unsigned char>(letter);
+      constexpr unsigned char end_of_text = 26;  // the last byte of programs from old systems
+      if (c < 32 && c != '\t' && c != '\n' && c != '\r' && c != end_of_text)
+        throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),
+                         "text: an NC program has no control characters");
+      length = c == '\n' ? 0 : length + 1;
+      if (length > longest)
+        throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a line of more than {} characters", longest),
+                         "shorter lines");
+      if (c == '\n') ++line;
     }
   }
 }

@@ -102,7 +102,7 @@ private:
   /// Speed along the path, m/s or rad/s.
   double path_speed(const Move& move, bool only_angles) const {
     if (move.kind == MoveKind::traverse) return 0.0;
-    double rate = feed_rate_;
+    double rate = frame_.feed;
     const double turns = std::abs(static_cast<double>(state_.spindle_rpm));
     const double unit = only_angles ? units::deg : frame_.unit;
     if (synchronous_ > 0.0)
@@ -249,7 +249,7 @@ private:
     switch (what) {
       case Setting::length_unit: frame_.unit = value * units::mm; break;
       case Setting::plane: plane_ = static_cast<int>(value); break;
-      case Setting::feed_rate: feed_rate_ = value; break;
+      case Setting::feed_rate: frame_.feed = value; break;
       case Setting::feed_mode: feed_per_turn_ = value != 0.0; break;
       case Setting::rotation: frame_.rotation = value * units::deg; break;
       case Setting::work_offset_set: frame_.work_number = static_cast<int>(value); break;
@@ -296,7 +296,7 @@ private:
   Frame frame_;
   MoveState state_;
   int plane_ = 1, path_mode_ = 3;
-  double tolerance_ = 0, feed_rate_ = 0, speed_rpm_ = 0, direction_ = 0, synchronous_ = 0;
+  double tolerance_ = 0, speed_rpm_ = 0, direction_ = 0, synchronous_ = 0;
   bool feed_per_turn_ = false;
 };
 

@@ -25,6 +25,7 @@ struct MoveState {
   std::uint16_t depth = 0;  ///< of subprograms
   int tool = 0;            ///< in the spindle; 0: none
   int operation = 0;       ///< counts tool changes and program stops
+  int part = 0;            ///< run of the program, from 0
   float spindle_rpm = 0;   ///< negative: counterclockwise
   bool flood = false, mist = false;
   bool tcp = false;  ///< tool centre point control
@@ -35,6 +36,7 @@ struct Frame {
   double unit = 1e-3;  ///< m
   double rotation = 0;  ///< rad
   int work_number = 1;
+  double feed = 0;  ///< feed rate as programmed
   Nine work = Nine::Zero(), g92 = Nine::Zero(), tool = Nine::Zero();  ///< m and rad
 
   /// @param programmed  program units and deg

@@ -405,17 +405,19 @@ void PathRewriter::cycle_move(Entry& entry, const PredictedMove& predicted) {
 
 /// A line that names where the control is: it moves nothing, nor may its displaced one.
 void PathRewriter::stay(Entry& entry) const {
-  if (!placed_ || entry.machine || entry.line.has('G', 10) || entry.line.has('G', 4)) return;
+  if (!placed_ || entry.machine || entry.line.control || entry.line.assigns || entry.line.has('G', 10) || entry.line.has('G', 4)) return;
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
   for (int i = 0; i < 3; ++i) {
     const char letter = letters[static_cast<std::size_t>(i)];
     const Word* word = line.find(letter);
     const double goal = entry.absolute ? now[i] : 0.0;
-    if (word == nullptr || word->expression || std::abs(word->value - goal) <= half_step(entry.frame)) continue;
+    if (word == nullptr || (!word->expression && std::abs(word->value - goal) <= half_step(entry.frame))) continue;
     line.set(letter, nc_number(goal, decimals_of(entry.frame)), "");
     entry.edited = true;
   }
+  if (const Word* word = line.find('F'); word != nullptr && word->expression && !entry.inverse_time)
+    line.set('F', nc_number(entry.frame.feed, 4), "");
   entry.text = line.text;
 }
 
@@ -442,7 +444,7 @@ void PathRewriter::emit(Entry& entry) {
   }
   if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
   if (entry.expected == 0)
-    for (const Word& word : entry.line.words)
+    for (const Word& word : ProgramLine::parse(entry.text, "").words)
       if (word.expression)
         refuse(entry, fmt::format("an expression at {} of a line without a move", word.letter), "a number");
   if (entry.number == 0) return;

@@ -203,7 +203,7 @@ TEST_F(NcRewrite, PathIsWithinToleranceTenTimesABlock) {
 }
 
 TEST_F(NcRewrite, TextOfALineStays) {
-  run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nT1\nM5\nM2\n", "text",
+  run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nM9 (off)\nM5\nM2\n", "text",
       {"--rewrite", "path", "--start-C", "24", "--tolerance", "50"});
   std::istringstream lines(corrected("text"));
   std::vector<std::string> text;
@@ -212,7 +212,7 @@ TEST_F(NcRewrite, TextOfALineStays) {
   EXPECT_EQ(text[0], "G21 G90 (start)");
   EXPECT_TRUE(text[1].starts_with("N10 G0 X") && text[1].ends_with(" S500 M3 (to the part)")) << text[1];
   EXPECT_TRUE(text[2].starts_with("N20 G1 Z") && text[2].ends_with(" F120 ; down")) << text[2];
-  EXPECT_EQ(text[4] + text[5] + text[6], "T1M5M2");
+  EXPECT_EQ(text[4] + text[5] + text[6], "M9 (off)M5M2");
 }
 
 // Loops, subprograms, parameters, incremental words and a drilling cycle are written out.
@@ -239,10 +239,16 @@ TEST_F(NcRewrite, InchesRotationAndWorkOffsetsAreRespected) {
 
 // Under tool centre point control the axes end at their positions plus offsets, with the table tilted and turned.
 TEST_F(NcRewrite, ToolCentrePointControlIsRespected) {
+  toy.write("control.toml",
+            "schema = 1\n[[word]]\nword = \"M428\"\naction = \"tcp_on\"\n[[word]]\nword = \"M429\"\naction = "
+            "\"tcp_off\"\n[[tool]]\nnumber = 1\nlength_mm = 45\n");
+  const std::vector<std::string> how = {"--control", toy.file("control.toml"), "--start-C", "26"};
+  std::vector<std::string> rewrite = how;
+  rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
   const std::string text =
-      "G21 G90 F2000\nM428\nG0 X20 Y5 Z20\nG1 X30 B20 C30\nX10 Y-10 B40 C80\nG2 X-10 Y-10 I-10 J0\nG1 C-30\nM429\nM2\n";
-  run(text, "boat", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
-  run(corrected("boat"), "again", {"--start-C", "26"});
+      "G21 G90 F2000\nT1 M6\nG43 H1\nM428\nG0 X20 Y5 Z20\nG1 X30 B20 C30\nX10 Y-10 B40 C80\nG2 X-10 Y-10 I-10 J0\nG1 C-30\nM429\nM2\n";
+  run(text, "boat", rewrite);
+  run(corrected("boat"), "again", how);
   expect_displaced("boat", "again", 1.5e-4);
 }
 

@@ -136,9 +136,12 @@ TEST_F(Nc, OffsetsUnitsAndRotationReachTheAxes) {
 }
 
 // Tool centre point control: the rotated table carries the point away, and the linear axes follow it. The toy's B
-// turns about (0, ., -50), C about Z; the tool's point at home is at Z 20.
+// turns about (0, ., -50), C about Z; the tool's point at home is at Z 20, its tip 40 mm below.
 TEST_F(Nc, ToolCentrePointControlFollowsTheTable) {
-  const json summary = loads("G21 G90\nM428\nG0 X30 Y0 Z10\nG1 B30 F1000\nC90\nM2\n");
+  toy.write("control.toml",
+            "schema = 1\n[[word]]\nword = \"G43.4\"\naction = \"tcp_on\"\nby = \"G43\"\n[[tool]]\nnumber = 1\nlength_mm = 40\n");
+  const json summary = loads("G21 G90\nT1 M6\nG0 Z60\nG43.4 H1\nG0 X30 Y0 Z10\nG1 B30 F1000\nC90\nM2\n",
+                             {"--control", toy.file("control.toml")});
   ASSERT_FALSE(summary.is_null());
   const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
   const Eigen::Index last = rows.rows() - 1;
@@ -146,7 +149,7 @@ TEST_F(Nc, ToolCentrePointControlFollowsTheTable) {
   // z = -50 + 80 cos 30. The tool's point must be there; at home it is at Z 20.
   EXPECT_NEAR(rows.column("axis.X.position_mm")[last], 80.0 * std::sin(pi / 6), 1e-9);
   EXPECT_NEAR(rows.column("axis.Y.position_mm")[last], 30.0, 1e-9);
-  EXPECT_NEAR(rows.column("axis.Z.position_mm")[last], -70.0 + 80.0 * std::cos(pi / 6), 1e-9);
+  EXPECT_NEAR(rows.column("axis.Z.position_mm")[last], -70.0 + 40.0 + 80.0 * std::cos(pi / 6), 1e-9);
   EXPECT_NEAR(summary["travel"]["C_deg"].get<double>(), 90.0, 1e-9);
   EXPECT_NEAR(summary["travel_rows"]["X_mm"].get<double>(), summary["travel"]["X_mm"].get<double>(), 1e-9);
 }
@@ -156,7 +159,9 @@ TEST_F(Nc, FanucsWordsAreMapped) {
   const json summary = loads("%\nO1234\nG21 G90\nG5.1 Q1 R5\nG0 X1\nG5 P10000\nG1 X2 F100\nG5 P0\nM30\n%\n",
                              {"--control", "fanuc"});
   EXPECT_EQ(summary["moves"], 2);
-  const Result tilted = refused("G21\nG0 X1\nG68.2 X0 Y0 Z0 I0 J0 K0\nM30\n", {"--control", "fanuc", "--out", toy.out() + "2"});
+  toy.write("part.ngc", "G21\nG0 X1\nG68.2 X0 Y0 Z0 I0 J0 K0\nM30\n");
+  const Result tilted = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", "fanuc"});
+  EXPECT_EQ(tilted.status, 3);
   for (const char* words : {"part.ngc:3", "G68.2", "tilted working plane"}) EXPECT_SAYS(tilted.err, words);
 }
 
@@ -176,8 +181,8 @@ TEST_P(NcBad, NamesPlaceValueAndWhatIsAllowed) {
 INSTANTIATE_TEST_SUITE_P(
     Programs, NcBad,
     testing::Values(
-        Bad{"arc", "G21 G90 F100\nG0 X10 Y0\nG2 X0 Y10.3 I-10 J0\nM2\n",
-            {"part.ngc:3", "radii differ", "10.0000 mm", "10.3000 mm", "arc_radius_tolerance_mm"}},
+        Bad{"arc", "G21 G90 F100\nG0 X100 Y0\nG3 X98.7764 Y17.4169 I-100 J0\nM2\n",
+            {"part.ngc:3", "radii differ", "100.0000 mm", "100.3000 mm", "arc_radius_tolerance_mm"}},
         Bad{"tool", "G21\nT7 M6\nM2\n", {"part.ngc:2", "tool 7"}},
         Bad{"code", "G21\nG0 X1\nG12.9 X2\nM2\n", {"part.ngc:3", "g code"}},
         Bad{"m_code", "G21\nM177\nM2\n", {"part.ngc:2"}},
@@ -192,7 +197,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"python", "G21\n;py,open('/tmp/thermotwin_nc_python','w').write('x')\nM2\n", {"part.ngc:2", "Python"}},
         Bad{"python_in_brackets", "G21\n( PY,print(1))\nM2\n", {"part.ngc:2", "Python"}},
         Bad{"binary", std::string("G21\nG0 X1\0\1\2\nM2\n", 16), {"part.ngc:2", "byte of value 0"}},
-        Bad{"long_line", "G21\n(" + std::string(300, 'x') + ")\nM2\n", {"part.ngc:2", "302 characters"}},
+        Bad{"long_line", "G21\n(" + std::string(300, 'x') + ")\nM2\n", {"part.ngc:2", "254 characters"}},
         Bad{"no_feed", "G21\nG1 X1\nM2\n", {"part.ngc:2", "feed"}},
         Bad{"spindle", "G21\nM3 S13000\nG1 X1 F100\nM2\n", {"part.ngc:3", "13000 rpm", "12000 rpm"}},
         Bad{"surface_speed", "G21\nG96 D1000 S100 M3\nM2\n", {"part.ngc:2", "G96"}},
@@ -253,10 +258,10 @@ TEST_F(Nc, PredictionIsThatOfTheFullModelOnItsLoads) {
   EXPECT_NEAR(blocks.column("time_s")[b], tcp.column("time_s")[a], 0.5);
   double error = 0.0;
   for (const char* name : {"dx_um", "dy_um", "dz_um"}) {
-    EXPECT_NEAR(blocks.column(name)[b], tcp.column(name)[a], 0.15) << name;
+    EXPECT_NEAR(blocks.column(name)[b], tcp.column(name)[a], 0.5) << name;  // as reduced and full model differ
     error = std::max(error, std::abs(tcp.column(name)[a]));
   }
-  EXPECT_GT(error, 3.0) << "the program heats too little to show anything";
+  EXPECT_GT(error, 10.0) << "the program heats too little to show anything";
   EXPECT_GT(blocks.column("std_X_um")[b], 0.0);
   EXPECT_NEAR(blocks.column("offset_X_um")[b], -blocks.column("dx_um")[b], 1e-3);
   const core::Table operations = core::read_csv(toy.result("operations.csv"));

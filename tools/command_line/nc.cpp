@@ -28,6 +28,12 @@ void add_nc(CLI::App& app) {
   verb->add_option("--tolerance", nc.tolerance_um, "Tolerance of the rewritten path, um.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  verb->add_option("--repeat", nc.repeat, "Parts one after the other; the rewritten program is that of the last one.")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  verb->add_option("--pause", nc.pause_s, "Pause between two parts, s.")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   verb->add_flag("--no-blocks", nc.no_blocks, "Leave out blocks.csv, a row for each move.");
 }
 

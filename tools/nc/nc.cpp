@@ -56,6 +56,59 @@ struct Operation {
   bool any = false;
 };
 
+/// Offsets of the cutting moves of each part of a series.
+class Parts {
+public:
+  void add(const nc::PredictedMove& move) {
+    if (move.timed->element.rapid) return;
+    Part& part = parts_[move.timed->element.state.part];
+    const Eigen::ArrayXd offset = move.offset_um.array();
+    if (part.moves == 0) {
+      part.sum = Eigen::ArrayXd::Zero(offset.size());
+      part.low = part.high = offset;
+      part.start = move.time;
+    }
+    ++part.moves;
+    part.sum += offset;
+    part.low = part.low.min(offset);
+    part.high = part.high.max(offset);
+    part.end = move.time;
+  }
+  std::string csv(const std::vector<std::string>& axes) const {
+    std::string text = "part,start_s,end_s";
+    for (const std::string& axis : axes) text += fmt::format(",mean_offset_{0}_um,low_{0}_um,high_{0}_um", axis);
+    text += "\n";
+    for (const auto& [number, part] : parts_) {
+      text += fmt::format("{},{:.6f},{:.6f}", number + 1, part.start, part.end);
+      for (Eigen::Index i = 0; i < part.sum.size(); ++i)
+        text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.sum[i] / static_cast<double>(part.moves), part.low[i],
+                            part.high[i]);
+      text += "\n";
+    }
+    return text;
+  }
+  /// The first part whose mean offsets, and those of all after it, are within a tolerance of the last part's; from 1.
+  int first_good(double within_um) const {
+    int good = 0;
+    for (auto part = parts_.rbegin(); part != parts_.rend(); ++part) {
+      const Eigen::ArrayXd apart = part->second.mean() - parts_.rbegin()->second.mean();
+      if (apart.abs().maxCoeff() > within_um) break;
+      good = part->first + 1;
+    }
+    return good;
+  }
+  double start_of(int part) const { return parts_.at(part - 1).start; }
+
+private:
+  struct Part {
+    double start = 0, end = 0;
+    long moves = 0;
+    Eigen::ArrayXd sum, low, high;
+    Eigen::ArrayXd mean() const { return sum / static_cast<double>(moves); }
+  };
+  std::map<int, Part> parts_;
+};
+
 class Operations {
 public:
   void add(const nc::Timed& timed) {
@@ -96,16 +149,16 @@ public:
   }
   std::string csv(const std::vector<std::string>& axes) const {
     std::string text =
-        "operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,mean_feed_mm_min,"
+        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,mean_feed_mm_min,"
         "mean_spindle_rpm,fluid_share,moves";
     for (const std::string& axis : axes)
       text += fmt::format(",mean_offset_{0}_um,largest_offset_{0}_um,std_{0}_um", axis);
     text += "\n";
-    for (const auto& [number, o] : operations_) {
+    for (const auto& [key, o] : operations_) {
       if (!o.any) continue;
       const double duration = std::max(o.end - o.start, 1e-12);
-      text += fmt::format("{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{}", number,
-                          o.tool, o.first_line, o.last_line, o.start, o.end, o.cutting_s, o.rapid_s, o.pause_s,
+      text += fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{}",
+                          key.first + 1, key.second, o.tool, o.first_line, o.last_line, o.start, o.end, o.cutting_s, o.rapid_s, o.pause_s,
                           o.feed_length / units::mm,
                           o.cutting_s > 0 ? o.feed_length / units::mm / o.cutting_s * 60.0 : 0.0, o.rpm_s / duration,
                           o.fluid_s / duration, o.moves);
@@ -125,12 +178,12 @@ public:
   }
 
 private:
-  Operation& at(const nc::MoveState& state) { return operations_[state.operation]; }
-  std::map<int, Operation> operations_;
+  Operation& at(const nc::MoveState& state) { return operations_[{state.part, state.operation}]; }
+  std::map<std::pair<int, int>, Operation> operations_;
 };
 
 std::string blocks_header(const mesh::Machine& machine, const std::vector<std::string>& axes) {
-  std::string text = "move,line,operation,tool,rapid,time_s";
+  std::string text = "part,move,line,operation,tool,rapid,time_s";
   for (const std::string& column : mesh::pose_columns(machine)) text += "," + column;
   text += ",dx_um,dy_um,dz_um";
   for (const std::string& axis : axes) text += ",offset_" + axis + "_um";
@@ -142,7 +195,7 @@ std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& mo
   const nc::MoveState& state = move.timed->element.state;
   fmt::memory_buffer out;
   const auto at = std::back_inserter(out);
-  fmt::format_to(at, "{},{},{},{},{:d},{:.6f}", number, state.line, state.operation, state.tool,
+  fmt::format_to(at, "{},{},{},{},{},{:d},{:.6f}", state.part + 1, number, state.line, state.operation, state.tool,
                  move.timed->element.rapid, move.time);
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
@@ -204,6 +257,10 @@ public:
         << operations_.csv(predictor_ ? predictor_->axes() : std::vector<std::string>{});
     rows_out_.close();
     blocks_out_.close();
+    if (predictor_ && options_.repeat > 1) {
+      std::ofstream(folder / "parts.csv", std::ios::binary) << parts_.csv(predictor_->axes());
+      files.emplace_back("parts.csv");
+    }
     for (const auto& file : files)
       if (!std::ifstream(folder / file))
         throw core::InputError((folder / file).string(), "cannot be written", "a place with room and permission");
@@ -243,6 +300,11 @@ public:
       json["largest_offset_um"] = largest;
       json["largest_std_um"] = std;
       json["moves_outside_workspace"] = outside_;
+      if (options_.repeat > 1 && predicted_ > 0) {
+        const int good = parts_.first_good(options_.tolerance_um);
+        json["first_good_part"] = good;
+        json["warm_up_s"] = good > 0 ? parts_.start_of(good) : 0.0;
+      }
     }
     if (path_ || shift_) {
       const nc::RewriteSummary& rewrite = path_ ? path_->summary() : shift_->summary();
@@ -311,8 +373,8 @@ private:
     interpreter.axis_mask = motion_.axis_mask();
     nc::ProgramSink sink;
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
-      if (path_) path_->block(block.state, block.file, frame);
-      if (shift_) shift_->block(block.state, block.file);
+      if (path_ && rewrites_) path_->block(block.state, block.file, frame);
+      if (shift_ && rewrites_) shift_->block(block.state, block.file);
     };
     sink.move = [this](const nc::Move& given, const nc::Frame& frame) {
       nc::Move move = given;
@@ -320,9 +382,10 @@ private:
       // Switching tool centre point control moves no axis: the control's position is another one from here on.
       if (move.state.tcp != tcp_ && motion_.has_tcp()) move.from = motion_.values(last_, move, move.from);
       tcp_ = move.state.tcp;
-      if (path_) path_->move();
-      if (shift_) shift_->move(move);
-      const auto source = path_ || shift_ ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
+      move.state.part = part_;
+      if (path_ && rewrites_) path_->move();
+      if (shift_ && rewrites_) shift_->move(move);
+      const auto source = rewrites_ && (path_ || shift_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
       motion_.elements(move, options_.program.string(), source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);
@@ -334,10 +397,21 @@ private:
       nc::Element element = nc::Element::line(last_, last_);
       element.pause = pause.seconds;
       element.state = pause.state;
+      element.state.part = part_;
       planner_.push(std::move(element));
     };
     last_ = start_;
-    program_ = nc::read_program(interpreter, control_, sink);
+    for (part_ = 0; part_ < options_.repeat; ++part_) {
+      rewrites_ = part_ + 1 == options_.repeat;
+      tcp_ = false;
+      interpreter.start = motion_.letters_of(last_);
+      program_ = nc::read_program(interpreter, control_, sink);
+      if (rewrites_ || !(options_.pause_s > 0.0)) continue;
+      nc::Element pause = nc::Element::line(last_, last_);
+      pause.pause = options_.pause_s;
+      pause.state.part = part_;
+      planner_.push(std::move(pause));
+    }
     planner_.finish();
     rows_.finish();
   }
@@ -358,14 +432,15 @@ private:
     ++predicted_;
     outside_ += move.outside ? 1 : 0;
     operations_.add(move);
+    parts_.add(move);
     if (!move.timed->element.rapid) {
       if (largest_um_.size() == 0) largest_um_ = std_um_ = Eigen::VectorXd::Zero(move.offset_um.size());
       for (Eigen::Index i = 0; i < move.offset_um.size(); ++i)
         if (std::abs(move.offset_um[i]) > std::abs(largest_um_[i])) largest_um_[i] = move.offset_um[i];
       std_um_ = std_um_.cwiseMax(move.std_um);
     }
-    if (path_) path_->predicted(move);
-    if (shift_) shift_->predicted(move);
+    if (path_ && move.timed->element.source) path_->predicted(move);
+    if (shift_ && move.timed->element.source) shift_->predicted(move);
     if (blocks_out_.is_open()) blocks_out_ << block_text(twin_.machine, move, predicted_);
   }
 
@@ -384,7 +459,9 @@ private:
   std::unique_ptr<nc::ShiftRewriter> shift_;
   std::string rewritten_, original_;
   std::ofstream rows_out_, blocks_out_, program_out_;
-  bool tcp_ = false;
+  bool tcp_ = false, rewrites_ = true;
+  int part_ = 0;
+  Parts parts_;
   double cutting_ = 0, rapid_ = 0, paused_ = 0;
   long row_count_ = 0, predicted_ = 0, outside_ = 0;
   Eigen::VectorXd largest_um_, std_um_;

@@ -19,6 +19,8 @@ struct NcOptions : CommonOptions {
   std::string rewrite;            ///< empty, "path" or "shift"
   double tolerance_um = 0.5;
   bool no_blocks = false;
+  int repeat = 1;      ///< runs of the program
+  double pause_s = 0;  ///< between them
 };
 
 void nc(const NcOptions& options);
