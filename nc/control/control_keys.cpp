@@ -49,14 +49,13 @@ const KeyTable offset_table{
         key::number("rotation_deg", "deg", any_number, 0.0, "Rotation of X and Y about its zero."),
     }};
 
-const KeyTable tool_table{
-    "tool",
-    "A tool.",
-    {
-        key::whole("number", 1, 99999, required, "Its number, as T calls it."),
-        key::number("length_mm", "mm", any_number, 0.0, "Length offset along Z."),
-        key::number("diameter_mm", "mm", non_negative, 0.0, "Diameter."),
-    }};
+const KeyTable tool_table{"tool",
+                          "A tool.",
+                          {
+                              key::whole("number", 1, 99999, required, "Its number, as T calls it."),
+                              key::number("length_mm", "mm", any_number, 0.0, "Length offset along Z."),
+                              key::number("diameter_mm", "mm", non_negative, 0.0, "Diameter."),
+                          }};
 
 const KeyTable limit_table{
     "limits",

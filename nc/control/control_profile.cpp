@@ -123,8 +123,7 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
     node.finish();
     profile.tools.push_back(tool);
   }
-  for (const Node& node : root.tables("work_offset"))
-    profile.work_offsets.push_back(read_work_offset(node, machine));
+  for (const Node& node : root.tables("work_offset")) profile.work_offsets.push_back(read_work_offset(node, machine));
   if (const auto limits = root.table_if("limits")) {
     profile.moves = limits->number("moves");
     profile.lines_without_move = limits->number("lines_without_move");
@@ -147,8 +146,7 @@ std::string built_in_profile(const std::string& name) {
   return "";
 }
 
-ControlProfile ControlProfile::parse(const std::string& text, const std::string& source,
-                                     const mesh::Machine& machine) {
+ControlProfile ControlProfile::parse(const std::string& text, const std::string& source, const mesh::Machine& machine) {
   return read_profile(core::Config::parse(text, source, &control_keys()), source, machine);
 }
 

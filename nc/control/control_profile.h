@@ -22,8 +22,8 @@ struct WordRule {
 
 struct Tool {
   int number = 0;
-  Nine offset = Nine::Zero();  ///< m and rad
-  double diameter = 0;         ///< m
+  Nine offset = Nine::Zero();              ///< m and rad
+  double diameter = 0;                     ///< m
   double front_angle = 0, back_angle = 0;  ///< deg, of lathe tools
   int orientation = 0;
 };
@@ -41,8 +41,8 @@ struct AxisLimits {
 
 struct ControlProfile {
   std::string name;
-  double arc_radius_tolerance = 0, blend_tolerance = 0;  ///< m
-  int look_ahead = 0;                                    ///< path elements
+  double arc_radius_tolerance = 0, blend_tolerance = 0;         ///< m
+  int look_ahead = 0;                                           ///< path elements
   double tool_change = 0, program_stop = 0, spindle_start = 0;  ///< s
   double moves = 0, lines_without_move = 0, seconds = 0;
   std::vector<WordRule> words;

@@ -33,7 +33,9 @@ std::pair<double, double> range_of(const mesh::Axis& axis, const Row& row, Eigen
 }  // namespace
 
 RowBuilder::RowBuilder(Positions start, double interval, std::function<void(const Row&)> take)
-    : interval_(interval), take_(std::move(take)), at_(std::move(start)) {
+    : interval_(interval),
+      take_(std::move(take)),
+      at_(std::move(start)) {
   travel_ = Positions::Zero(at_.size());
   begin();
 }
@@ -95,10 +97,12 @@ void RowBuilder::add(const Timed& timed) {
 void RowBuilder::finish() { close(row_.to); }
 
 std::string rows_header(const mesh::Machine& machine) {
-  std::string text = fmt::format("# machine {} {}\ntime_s,spindle.speed_rpm,cutting_fluid.on", machine.name, machine.hash);
+  std::string text =
+      fmt::format("# machine {} {}\ntime_s,spindle.speed_rpm,cutting_fluid.on", machine.name, machine.hash);
   for (const mesh::Axis& axis : machine.axes) {
     const char* unit = unit_name(axis);
-    text += fmt::format(",axis.{0}.position_{1},axis.{0}.feed_{1}_min,axis.{0}.low_{1},axis.{0}.high_{1}", axis.id, unit);
+    text +=
+        fmt::format(",axis.{0}.position_{1},axis.{0}.feed_{1}_min,axis.{0}.low_{1},axis.{0}.high_{1}", axis.id, unit);
   }
   return text + "\n";
 }
@@ -150,19 +154,20 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
 
 LoadText::LoadText(const mesh::Machine& machine, const std::string& title, double initial_C, const Positions& start)
     : machine_(machine) {
-  head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = \"{}\"\ninitial_C = {}\n", title,
-                      initial_C);
+  head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = \"{}\"\ninitial_C = {}\n",
+                      title, initial_C);
   phases_ = "[position]\n";
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const mesh::Axis& axis = machine.axes[i];
-    phases_ += fmt::format("{}_{} = {}\n", axis.id, unit_name(axis), start[static_cast<Eigen::Index>(i)] / unit_of(axis));
+    phases_ +=
+        fmt::format("{}_{} = {}\n", axis.id, unit_name(axis), start[static_cast<Eigen::Index>(i)] / unit_of(axis));
   }
 }
 
 void LoadText::add(const Row& row) {
   const double duration = row.to - row.from;
-  phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration, row.spindle_rpm,
-                         row.fluid >= 0.5 ? "true" : "false");
+  phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration,
+                         row.spindle_rpm, row.fluid >= 0.5 ? "true" : "false");
   for (std::size_t k = 0; k < machine_.axes.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const mesh::Axis& axis = machine_.axes[k];

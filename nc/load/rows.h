@@ -15,7 +15,7 @@
 namespace thermotwin::nc {
 
 struct Row {
-  double from = 0, to = 0;  ///< s
+  double from = 0, to = 0;           ///< s
   Positions travel, low, high, end;  ///< (axes) m and rad
   double spindle_rpm = 0;            ///< mean of the absolute value
   double fluid = 0;                  ///< share of the time
@@ -30,7 +30,7 @@ public:
   RowBuilder(Positions start, double interval, std::function<void(const Row&)> take);
 
   void add(const Timed& timed);
-  void finish();  ///< the last row may be shorter
+  void finish();                                       ///< the last row may be shorter
   const Positions& travel() const { return travel_; }  ///< (axes) of the rows so far
 
 private:

@@ -65,8 +65,8 @@ Nine AxisMotion::values_at(const Move& move, double u) {
     const Arc& arc = move.arc;
     const double r = arc.start_radius + (arc.end_radius - arc.start_radius) * u, phi = arc.angle * u;
     const Eigen::Vector3d start = arc.centre + arc.start_radius * arc.first,
-                          end = arc.centre + arc.end_radius *
-                                                 (std::cos(arc.angle) * arc.first + std::sin(arc.angle) * arc.second),
+                          end = arc.centre +
+                                arc.end_radius * (std::cos(arc.angle) * arc.first + std::sin(arc.angle) * arc.second),
                           rise = (move.to.head<3>() - end) - (move.from.head<3>() - start);
     values.head<3>() = arc.centre + r * (std::cos(phi) * arc.first + std::sin(phi) * arc.second) +
                        (move.from.head<3>() - start) + u * rise;
@@ -114,14 +114,13 @@ void AxisMotion::require_travel(const Element& element, const std::string& place
     if (axis.endless) continue;
     const auto at = static_cast<Eigen::Index>(i);
     constexpr double slack = 1e-9;
-    const bool below = low[at] < axis.low - slack, above = high[at] > axis.high + slack;
+    const bool below = low[at]<axis.low - slack, above = high[at]> axis.high + slack;
     if (!below && !above) continue;
     const bool linear = axis.kind == mesh::AxisKind::linear;
     const double unit = linear ? units::mm : units::deg;
-    throw InputError(place,
-                     fmt::format("axis {} at {:.4f} {}", axis.id, (below ? low[at] : high[at]) / unit,
-                                 linear ? "mm" : "deg"),
-                     fmt::format("its travel, {:.4f} to {:.4f}", axis.low / unit, axis.high / unit));
+    throw InputError(
+        place, fmt::format("axis {} at {:.4f} {}", axis.id, (below ? low[at] : high[at]) / unit, linear ? "mm" : "deg"),
+        fmt::format("its travel, {:.4f} to {:.4f}", axis.low / unit, axis.high / unit));
   }
 }
 
@@ -160,8 +159,8 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
   std::vector<Part> stack;
   for (int k = parts; k > 0; --k) {
     const double u0 = static_cast<double>(k - 1) / parts, u1 = static_cast<double>(k) / parts;
-    stack.push_back({u0, u1, positions(values_at(move, u0), move),
-                     positions(k == parts ? move.to : values_at(move, u1), move), 0});
+    stack.push_back(
+        {u0, u1, positions(values_at(move, u0), move), positions(k == parts ? move.to : values_at(move, u1), move), 0});
   }
   while (!stack.empty()) {
     Part part = std::move(stack.back());

@@ -81,9 +81,8 @@ void Planner::release(std::size_t count) {
   double after = 0.0;
   for (std::size_t k = held_.size(); k-- > 0;) {
     Planned& p = held_[k];
-    const double most = p.element.pause > 0.0
-                            ? 0.0
-                            : std::sqrt(after * after + 2.0 * p.acceleration * p.element.length);
+    const double most =
+        p.element.pause > 0.0 ? 0.0 : std::sqrt(after * after + 2.0 * p.acceleration * p.element.length);
     p.v0 = std::min({p.corner, p.limit, most});
     after = p.v0;
   }
@@ -92,9 +91,9 @@ void Planner::release(std::size_t count) {
     Planned first = std::move(held_.front());
     held_.pop_front();
     first.v0 = std::min(first.v0, speed_);
-    const double reach =
-        first.element.pause > 0.0 ? 0.0
-                                  : std::sqrt(first.v0 * first.v0 + 2.0 * first.acceleration * first.element.length);
+    const double reach = first.element.pause > 0.0
+                             ? 0.0
+                             : std::sqrt(first.v0 * first.v0 + 2.0 * first.acceleration * first.element.length);
     const double v1 = std::min(next, reach);
     give(first, v1);
     speed_ = v1;

@@ -20,8 +20,8 @@ namespace thermotwin::nc {
 /// An element with its time course: accelerates, cruises, brakes.
 struct Timed {
   Element element;
-  double start = 0;                  ///< s from the start of the program
-  double v0 = 0, cruise = 0, v1 = 0;  ///< m/s or rad/s along the path
+  double start = 0;                           ///< s from the start of the program
+  double v0 = 0, cruise = 0, v1 = 0;          ///< m/s or rad/s along the path
   double t_up = 0, t_cruise = 0, t_down = 0;  ///< s
   double duration() const { return t_up + t_cruise + t_down; }
   /// Share of the element that is done after a time from its start.
@@ -30,8 +30,7 @@ struct Timed {
 
 class Planner {
 public:
-  Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_ahead,
-          std::function<void(const Timed&)> take);
+  Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_ahead, std::function<void(const Timed&)> take);
 
   void push(Element element);
   void finish();  ///< plans the rest; the axes stand at the end

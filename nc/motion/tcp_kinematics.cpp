@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nc/motion/tcp_kinematics.h"
 
-#include <algorithm>
 #include <Eigen/LU>
+
+#include <algorithm>
 
 #include "core/error.h"
 
@@ -49,7 +50,8 @@ Eigen::Isometry3d TcpKinematics::frame(const std::vector<Link>& chain, const Pos
     if (link.linear) {
       if (linear) result.translate(positions[link.axis] * link.direction);
     } else {
-      result.translate(link.origin).rotate(Eigen::AngleAxisd(positions[link.axis], link.direction))
+      result.translate(link.origin)
+          .rotate(Eigen::AngleAxisd(positions[link.axis], link.direction))
           .translate(-link.origin);
     }
   }

@@ -41,7 +41,10 @@ void ErrorField::advance(const Eigen::VectorXd& state) {
 
 Predictor::Predictor(const reduction::ReducedModel& model, const Positions& start, const PredictionOptions& options,
                      std::function<void(const PredictedMove&)> take)
-    : model_(model), compensator_(model, settings(options)), field_(model), take_(std::move(take)) {
+    : model_(model),
+      compensator_(model, settings(options)),
+      field_(model),
+      take_(std::move(take)) {
   Row standing;
   standing.to = 1.0;
   standing.travel = Positions::Zero(start.size());

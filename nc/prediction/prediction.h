@@ -41,12 +41,12 @@ private:
 struct PredictedMove {
   const Timed* timed;
   Positions end;
-  double time;             ///< s, of its end
-  double share;            ///< of the row in which it ends
+  double time;   ///< s, of its end
+  double share;  ///< of the row in which it ends
   const ErrorField* field;
-  Eigen::Vector3d error_um;  ///< tool against table at its end
+  Eigen::Vector3d error_um;           ///< tool against table at its end
   Eigen::VectorXd offset_um, std_um;  ///< (linear axes)
-  bool outside;            ///< of the model's workspace
+  bool outside;                       ///< of the model's workspace
 };
 
 class Predictor {

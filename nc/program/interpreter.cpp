@@ -85,8 +85,8 @@ public:
     posix_spawn_file_actions_adddup2(&actions, in, STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
     posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    std::string path = helper.string(), python = "PYTHONNOUSERSITE=1", safe = "PYTHONSAFEPATH=1",
-                locale = "LC_ALL=C", bytecode = "PYTHONDONTWRITEBYTECODE=1";
+    std::string path = helper.string(), python = "PYTHONNOUSERSITE=1", safe = "PYTHONSAFEPATH=1", locale = "LC_ALL=C",
+                bytecode = "PYTHONDONTWRITEBYTECODE=1";
     char* arguments[] = {path.data(), nullptr};
     char* environment[] = {python.data(), safe.data(), locale.data(), bytecode.data(), nullptr};
     const int failed = posix_spawn(&pid_, path.c_str(), &actions, nullptr, arguments, environment);
@@ -114,8 +114,7 @@ public:
   /// @return wait status
   int wait() {
     int status = 0;
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-    }
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {}
     pid_ = -1;
     return status;
   }
@@ -137,8 +136,7 @@ public:
       rs274::Head head;
       std::memcpy(&head, data + at, sizeof head);
       const bool text = head.kind == Kind::file || head.kind == Kind::marker || head.kind == Kind::error;
-      const std::size_t body =
-          text ? head.mask : sizeof(double) * static_cast<std::size_t>(std::popcount(head.mask));
+      const std::size_t body = text ? head.mask : sizeof(double) * static_cast<std::size_t>(std::popcount(head.mask));
       if (head.kind < Kind::block || head.kind > Kind::end)
         throw core::SolverError("nc: the interpreter's stream is broken");
       if (size - at < sizeof head + body) break;
@@ -182,8 +180,8 @@ void require_text(const std::filesystem::path& path) {
                          "text: an NC program has no control characters");
       length = c == '\n' ? 0 : length + 1;
       if (length > longest)
-        throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a line of more than {} characters", longest),
-                         "shorter lines");
+        throw InputError(fmt::format("{}:{}", path.string(), line),
+                         fmt::format("a line of more than {} characters", longest), "shorter lines");
       if (c == '\n') ++line;
     }
   }
@@ -203,8 +201,8 @@ void require_text(const std::filesystem::path& path) {
       throw InputError(place, fmt::format("more than {:.0f} moves: does it end?", control.moves),
                        "a program that ends, or more limits.moves in the control profile");
     case Stop::idle_blocks:
-      throw InputError(place, fmt::format("more than {:.0f} lines without a move: does it end?",
-                                          control.lines_without_move),
+      throw InputError(place,
+                       fmt::format("more than {:.0f} lines without a move: does it end?", control.lines_without_move),
                        "a program that ends, or more limits.lines_without_move in the control profile");
     case Stop::time:
       throw InputError(place, fmt::format("the interpreter took more than {:.0f} s: does it end?", control.seconds),

@@ -49,7 +49,10 @@ namespace {
 class Reader {
 public:
   Reader(const InterpreterOptions& options, const ControlProfile& control, const ProgramSink& sink)
-      : options_(options), control_(control), sink_(sink), position_(options.start) {
+      : options_(options),
+        control_(control),
+        sink_(sink),
+        position_(options.start) {
     summary_.files.push_back(options.program.string());
   }
 
@@ -82,7 +85,8 @@ private:
   std::string place() const { return fmt::format("{}:{}", summary_.files[state_.file], state_.line); }
 
   void name_file(const std::string& path) {
-    const std::string name = path == std::filesystem::canonical(options_.program).string() ? options_.program.string() : path;
+    const std::string name =
+        path == std::filesystem::canonical(options_.program).string() ? options_.program.string() : path;
     auto found = std::find(summary_.files.begin(), summary_.files.end(), name);
     if (found == summary_.files.end()) found = summary_.files.insert(found, name);
     state_.file = static_cast<std::uint16_t>(found - summary_.files.begin());
@@ -198,8 +202,9 @@ private:
     const double x0 = from[i] - centre[i], y0 = from[j] - centre[j], x1 = to[i] - centre[i], y1 = to[j] - centre[j];
     const double r0 = std::hypot(x0, y0) * frame_.unit, r1 = std::hypot(x1, y1) * frame_.unit;
     if (std::abs(r0 - r1) > control_.arc_radius_tolerance)
-      throw InputError(place(), fmt::format("an arc whose radii differ: {:.4f} mm at its start, {:.4f} mm at its end",
-                                            r0 / units::mm, r1 / units::mm),
+      throw InputError(place(),
+                       fmt::format("an arc whose radii differ: {:.4f} mm at its start, {:.4f} mm at its end",
+                                   r0 / units::mm, r1 / units::mm),
                        fmt::format("a difference of at most {:.4g} mm (arc_radius_tolerance_mm)",
                                    control_.arc_radius_tolerance / units::mm));
     if (!(r0 > 0.0)) throw InputError(place(), "an arc of radius 0", "a radius above 0");
@@ -266,8 +271,7 @@ private:
         set_spindle(direction_ * speed_rpm_);
         break;
       case Setting::surface_speed:
-        if (value != 0.0)
-          throw InputError(place(), "constant surface speed (G96)", "a spindle speed in rpm (G97)");
+        if (value != 0.0) throw InputError(place(), "constant surface speed (G96)", "a spindle speed in rpm (G97)");
         break;
       case Setting::flood: state_.flood = value != 0.0; break;
       case Setting::mist: state_.mist = value != 0.0; break;
@@ -302,8 +306,7 @@ private:
 
 }  // namespace
 
-ProgramSummary read_program(const InterpreterOptions& options, const ControlProfile& control,
-                            const ProgramSink& sink) {
+ProgramSummary read_program(const InterpreterOptions& options, const ControlProfile& control, const ProgramSink& sink) {
   Reader reader(options, control, sink);
   interpret(options, control, [&](const Record& record) { reader.take(record); });
   return reader.summary();

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nc/rewrite/path_rewriter.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +58,11 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 PathRewriter::PathRewriter(const std::string& text, std::string name, const AxisMotion& motion,
                            const RewriteOptions& options, std::function<void(const std::string&)> out)
-    : lines_(program_lines(text)), name_(std::move(name)), motion_(motion), options_(options), out_(std::move(out)) {
+    : lines_(program_lines(text)),
+      name_(std::move(name)),
+      motion_(motion),
+      options_(options),
+      out_(std::move(out)) {
   for (const ProgramLine& line : lines_)
     if (line.control || line.assigns || line.has('M', 98) || line.has('M', 99)) flat_ = false;
   summary_.lines_before = std::ssize(lines_);
@@ -203,9 +206,8 @@ void PathRewriter::find_pieces(const Move& move, const PredictedMove& predicted,
     start = point(u0) + d0;
     end = point(u1) + d1;
     sweep = move.arc.angle * (u1 - u0);
-    centre = whole_turns(move.arc) && u1 - u0 == 1.0
-                 ? Eigen::Vector3d(move.arc.centre + d0)
-                 : centre_of(start, end, move.arc.centre + 0.5 * (d0 + d1), normal);
+    centre = whole_turns(move.arc) && u1 - u0 == 1.0 ? Eigen::Vector3d(move.arc.centre + d0)
+                                                     : centre_of(start, end, move.arc.centre + 0.5 * (d0 + d1), normal);
     const auto flat = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d { return v - v.dot(normal) * normal; };
     // The turn between the displaced ends is near that of the arc itself.
     const Eigen::Vector3d a = flat(start - centre), b = flat(end - centre);
@@ -237,8 +239,7 @@ void PathRewriter::find_pieces(const Move& move, const PredictedMove& predicted,
 
 /// Writes the coordinates that bring the control to the target. @param whole  every coordinate of the target is
 /// written that differs from where the control is. @return where the control then is
-Nine PathRewriter::set_end(ProgramLine& line, const Entry& entry, const Source& source, Nine target,
-                           bool whole) const {
+Nine PathRewriter::set_end(ProgramLine& line, const Entry& entry, const Source& source, Nine target, bool whole) const {
   const Frame& frame = source.frame;
   const double half = half_step(frame);
   const Nine now = frame.to_program(at_), wanted = frame.to_program(target);
@@ -263,8 +264,8 @@ Nine PathRewriter::set_end(ProgramLine& line, const Entry& entry, const Source& 
   return frame.to_axes(reached);
 }
 
-void PathRewriter::set_centre(ProgramLine& line, const Entry& entry, const Source& source,
-                              const Eigen::Vector3d& start, const Eigen::Vector3d& centre) const {
+void PathRewriter::set_centre(ProgramLine& line, const Entry& entry, const Source& source, const Eigen::Vector3d& start,
+                              const Eigen::Vector3d& centre) const {
   const Frame& frame = source.frame;
   const Plane plane = plane_of(source.move.arc, frame);
   Nine a = source.move.from, b = source.move.from;
@@ -305,8 +306,8 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   else
     find_pieces(move, predicted, 0.0, 1.0, d0, d1, 0, ends);
 
-  const std::vector<std::pair<char, double>> at_end = {{'M', 0}, {'M', 1}, {'M', 2}, {'M', 5}, {'M', 9}, {'M', 30},
-                                                       {'M', 60}};
+  const std::vector<std::pair<char, double>> at_end = {{'M', 0}, {'M', 1},  {'M', 2}, {'M', 5},
+                                                       {'M', 9}, {'M', 30}, {'M', 60}};
   ProgramLine line = entry.line;
   std::string last_words;
   if (ends.size() > 1) {
@@ -338,17 +339,16 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
       const Eigen::Vector3d a = start - AxisMotion::values_at(move, u0).head<3>(),
                             b = end - AxisMotion::values_at(move, u1).head<3>();
       const bool radius = line.find('R') != nullptr;
-      const bool moved = (start - AxisMotion::values_at(move, u0).head<3>()).norm() > 1e-9 || line.text != before ||
-                         ends.size() > 1;
+      const bool moved =
+          (start - AxisMotion::values_at(move, u0).head<3>()).norm() > 1e-9 || line.text != before || ends.size() > 1;
       if (radius && moved) line.remove({{'R', line.find('R')->value}});
-      const Eigen::Vector3d centre = full ? Eigen::Vector3d(move.arc.centre + a)
-                                          : centre_of(start, end, move.arc.centre + 0.5 * (a + b), normal);
+      const Eigen::Vector3d centre =
+          full ? Eigen::Vector3d(move.arc.centre + a) : centre_of(start, end, move.arc.centre + 0.5 * (a + b), normal);
       if (!radius || moved) set_centre(line, entry, source, start, centre);
     }
     if (entry.inverse_time && ends.size() > 1 && move.kind != MoveKind::traverse)
       line.set('F', nc_number(move.speed / move.length * units::minute / (u1 - u0), 4), "XYZABCUVWIJKG");
-    if (k + 1 == ends.size() && !last_words.empty())
-      line.text += last_words;
+    if (k + 1 == ends.size() && !last_words.empty()) line.text += last_words;
     at_ = reached;
     if (k + 1 < ends.size()) {
       text += line.text + (line.end.empty() ? "\n" : line.end);
@@ -384,7 +384,8 @@ void PathRewriter::cycle_move(Entry& entry, const PredictedMove& predicted) {
     for (const Word& word : rest.words) {
       if (word.expression) refuse(entry, fmt::format("an expression at {} of a cycle", word.letter), "numbers");
       const double code = word.value;
-      const bool cycle_word = word.letter == 'G' && (code == 73 || (code >= 81 && code <= 89) || code == 98 || code == 99);
+      const bool cycle_word =
+          word.letter == 'G' && (code == 73 || (code >= 81 && code <= 89) || code == 98 || code == 99);
       if (cycle_word || std::string("XYZABCUVWRPQLKIJ").find(word.letter) != std::string::npos)
         gone.emplace_back(word.letter, word.value);
     }
@@ -405,7 +406,9 @@ void PathRewriter::cycle_move(Entry& entry, const PredictedMove& predicted) {
 
 /// A line that names where the control is: it moves nothing, nor may its displaced one.
 void PathRewriter::stay(Entry& entry) const {
-  if (!placed_ || entry.machine || entry.line.control || entry.line.assigns || entry.line.has('G', 10) || entry.line.has('G', 4)) return;
+  if (!placed_ || entry.machine || entry.line.control || entry.line.assigns || entry.line.has('G', 10) ||
+      entry.line.has('G', 4))
+    return;
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
   for (int i = 0; i < 3; ++i) {

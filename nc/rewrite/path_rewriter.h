@@ -19,8 +19,8 @@
 namespace thermotwin::nc {
 
 struct RewriteOptions {
-  double tolerance = 0.5e-6;      ///< m
-  double largest_offset = 1e-3;   ///< m; beyond it the program is refused
+  double tolerance = 0.5e-6;     ///< m
+  double largest_offset = 1e-3;  ///< m; beyond it the program is refused
 };
 
 struct RewriteSummary {
@@ -54,7 +54,7 @@ private:
     int expected = 0, done = 0;  ///< moves
     bool absolute = true, arc_absolute = false, inverse_time = false, cycle = false, machine = false;
     double dwell = 0;
-    Frame frame;                ///< behind it
+    Frame frame;               ///< behind it
     std::string before, text;  ///< lines that come instead of it, and the line itself
     bool edited = false;
   };
@@ -81,7 +81,7 @@ private:
   RewriteOptions options_;
   std::function<void(const std::string&)> out_;
   RewriteSummary summary_;
-  bool flat_ = true;  ///< every line runs once, in order
+  bool flat_ = true;                                                ///< every line runs once, in order
   mutable std::map<std::string, std::vector<ProgramLine>> others_;  ///< files of subprograms
   std::deque<Entry> entries_;
   std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat

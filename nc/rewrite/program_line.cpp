@@ -104,8 +104,7 @@ void ProgramLine::read_words() {
 }
 
 const Word* ProgramLine::find(char letter) const {
-  const auto found =
-      std::find_if(words.begin(), words.end(), [&](const Word& word) { return word.letter == letter; });
+  const auto found = std::find_if(words.begin(), words.end(), [&](const Word& word) { return word.letter == letter; });
   return found == words.end() ? nullptr : &*found;
 }
 

@@ -20,8 +20,8 @@ struct ProgramLine {
   std::string text;  ///< without its end
   std::string end;   ///< "\n", "\r\n" or nothing
   std::vector<Word> words;
-  bool control = false;     ///< an O-word: subprograms, loops, branches
-  bool assigns = false;     ///< sets a parameter
+  bool control = false;      ///< an O-word: subprograms, loops, branches
+  bool assigns = false;      ///< sets a parameter
   std::size_t code_end = 0;  ///< behind the last word
 
   static ProgramLine parse(std::string text, std::string end);

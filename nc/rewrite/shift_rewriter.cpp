@@ -30,7 +30,10 @@ std::string label_of(const ProgramLine& line) {
 
 ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion,
                              const RewriteOptions& options)
-    : lines_(program_lines(text)), name_(std::move(name)), motion_(motion), options_(options) {
+    : lines_(program_lines(text)),
+      name_(std::move(name)),
+      motion_(motion),
+      options_(options) {
   summary_.lines_before = summary_.lines_after = std::ssize(lines_);
   closed_.assign(lines_.size() + 1, false);
   std::map<std::string, std::pair<std::size_t, std::size_t>> spans;
@@ -42,7 +45,8 @@ ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const Ax
     }
     for (const auto& [letter, number] : {std::pair{'G', 92.0}, {'G', 10.0}})
       if (line.has(letter, number))
-        throw core::InputError(fmt::format("{}:{}", name_, i + 1), fmt::format("{}{} with --rewrite shift", letter, number),
+        throw core::InputError(fmt::format("{}:{}", name_, i + 1),
+                               fmt::format("{}{} with --rewrite shift", letter, number),
                                "work offsets that the program does not set itself");
   }
   for (const auto& [label, span] : spans)

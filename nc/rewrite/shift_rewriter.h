@@ -41,10 +41,10 @@ private:
   const AxisMotion& motion_;
   RewriteOptions options_;
   RewriteSummary summary_;
-  std::vector<bool> closed_;       ///< lines within a loop, a branch or a subprogram
+  std::vector<bool> closed_;  ///< lines within a loop, a branch or a subprogram
   std::vector<Section> sections_;
-  std::vector<int> section_of_;    ///< of the moves that wait, in their order
-  std::size_t next_ = 0;           ///< of the moves, to be predicted
+  std::vector<int> section_of_;      ///< of the moves that wait, in their order
+  std::size_t next_ = 0;             ///< of the moves, to be predicted
   std::size_t line_ = 0, last_ = 0;  ///< present line; last one
   int moves_in_line_ = 0;
   bool retracts_ = false, main_ = true;

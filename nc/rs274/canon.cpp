@@ -19,10 +19,10 @@ using Nine = std::array<double, 9>;
 
 /// What the interpreter may ask for.
 struct State {
-  Nine position{};  // machine, mm and deg
+  Nine position{};             // machine, mm and deg
   Nine work{}, g92{}, tool{};  // mm and deg
-  double unit = 1.0;  // mm
-  double rotation = 0.0;  // deg
+  double unit = 1.0;           // mm
+  double rotation = 0.0;       // deg
   CANON_PLANE plane = CANON_PLANE_XY;
   CANON_MOTION_MODE mode = CANON_CONTINUOUS;
   double tolerance = 0.0, naive = 0.0, feed = 0.0;
@@ -112,12 +112,11 @@ void STRAIGHT_TRAVERSE(int line, double x, double y, double z, double a, double 
                        double w) {
   move(Kind::traverse, line, {x, y, z, a, b, c, u, v, w});
 }
-void STRAIGHT_FEED(int line, double x, double y, double z, double a, double b, double c, double u, double v,
-                   double w) {
+void STRAIGHT_FEED(int line, double x, double y, double z, double a, double b, double c, double u, double v, double w) {
   move(Kind::feed, line, {x, y, z, a, b, c, u, v, w});
 }
-void STRAIGHT_PROBE(int line, double x, double y, double z, double a, double b, double c, double u, double v,
-                    double w, unsigned char) {
+void STRAIGHT_PROBE(int line, double x, double y, double z, double a, double b, double c, double u, double v, double w,
+                    unsigned char) {
   move(Kind::probe, line, {x, y, z, a, b, c, u, v, w});
 }
 void RIGID_TAP(int line, double x, double y, double z, double) {

@@ -2,9 +2,8 @@
 #pragma once
 // The tool table that the interpreter asks the host for.
 
-#include <vector>
-
 #include <emctool.h>
+#include <vector>
 
 namespace thermotwin::nc::rs274 {
 

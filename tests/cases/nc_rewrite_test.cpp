@@ -29,10 +29,14 @@ protected:
   /// @return the summary; the tables are in the folder
   json run(const std::string& text, const std::string& folder, std::vector<std::string> more) {
     toy.write(folder + ".ngc", text);
-    std::vector<std::string> arguments = {"nc",      (toy_run() / "model.rom.h5").string(),
-                                          toy.file(folder + ".ngc"), "--json",
-                                          "--start", "X=0,Y=0,Z=50",
-                                          "--out",   toy.file(folder)};
+    std::vector<std::string> arguments = {"nc",
+                                          (toy_run() / "model.rom.h5").string(),
+                                          toy.file(folder + ".ngc"),
+                                          "--json",
+                                          "--start",
+                                          "X=0,Y=0,Z=50",
+                                          "--out",
+                                          toy.file(folder)};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Result result = thermotwin(arguments);
     EXPECT_EQ(result.status, 0) << result.err;
@@ -46,8 +50,8 @@ protected:
     return {table.column("X_mm")[row], table.column("Y_mm")[row], table.column("Z_mm")[row]};
   }
   static Point offset_mm(const core::Table& table, Eigen::Index row) {
-    return 1e-3 * Point(table.column("offset_X_um")[row], table.column("offset_Y_um")[row],
-                        table.column("offset_Z_um")[row]);
+    return 1e-3 *
+           Point(table.column("offset_X_um")[row], table.column("offset_Y_um")[row], table.column("offset_Z_um")[row]);
   }
   /// Each move of the corrected program ends where that of the program does, plus its offset.
   void expect_displaced(const std::string& before, const std::string& after, double within_mm) const {
@@ -105,7 +109,8 @@ private:
     double distance(const Point& p) const {
       if (motion < 2) {
         const Point along = to - from;
-        const double u = along.squaredNorm() > 0 ? std::clamp((p - from).dot(along) / along.squaredNorm(), 0.0, 1.0) : 0;
+        const double u =
+            along.squaredNorm() > 0 ? std::clamp((p - from).dot(along) / along.squaredNorm(), 0.0, 1.0) : 0;
         return (from + u * along - p).norm();
       }
       const Point normal = plane == 17 ? Point::UnitZ() : plane == 18 ? Point::UnitY() : Point::UnitX();
@@ -184,7 +189,8 @@ TEST_F(NcRewrite, PathIsWithinToleranceTenTimesABlock) {
   whole += "M2\n";
   fine += "M2\n";
   for (const double tolerance : {0.3, 5.0}) {
-    const json summary = run(whole, "whole", {"--rewrite", "path", "--start-C", "30", "--tolerance", fmt::format("{}", tolerance)});
+    const json summary =
+        run(whole, "whole", {"--rewrite", "path", "--start-C", "30", "--tolerance", fmt::format("{}", tolerance)});
     run(fine, "fine", {"--start-C", "30"});
     const core::Table wanted = blocks("fine");
     ASSERT_EQ(wanted.rows(), 70);
@@ -203,8 +209,8 @@ TEST_F(NcRewrite, PathIsWithinToleranceTenTimesABlock) {
 }
 
 TEST_F(NcRewrite, TextOfALineStays) {
-  run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nM9 (off)\nM5\nM2\n", "text",
-      {"--rewrite", "path", "--start-C", "24", "--tolerance", "50"});
+  run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nM9 (off)\nM5\nM2\n",
+      "text", {"--rewrite", "path", "--start-C", "24", "--tolerance", "50"});
   std::istringstream lines(corrected("text"));
   std::vector<std::string> text;
   for (std::string line; std::getline(lines, line);) text.push_back(line);
@@ -218,7 +224,8 @@ TEST_F(NcRewrite, TextOfALineStays) {
 // Loops, subprograms, parameters, incremental words and a drilling cycle are written out.
 TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
   const std::string text =
-      "G21 G90\no1 sub\nG91 G1 X2 F500\nY1\nG90\no1 endsub\n#1 = 0\nG0 X-60 Y-20 Z60\no2 while [#1 lt 4]\nG1 Z[60 - #1] "
+      "G21 G90\no1 sub\nG91 G1 X2 F500\nY1\nG90\no1 endsub\n#1 = 0\nG0 X-60 Y-20 Z60\no2 while [#1 lt 4]\nG1 Z[60 - "
+      "#1] "
       "F[300 + #1]\no1 call\n#1 = [#1 + 1]\no2 endwhile\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG0 Z70\nM2\n";
   run(text, "loops", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
   run(corrected("loops"), "again", {"--start-C", "26"});
@@ -227,11 +234,13 @@ TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
 }
 
 TEST_F(NcRewrite, InchesRotationAndWorkOffsetsAreRespected) {
-  toy.write("control.toml", "schema = 1\n[[work_offset]]\nnumber = 2\nX_mm = 10\nY_mm = -5\nZ_mm = 20\nrotation_deg = 30\n");
+  toy.write("control.toml",
+            "schema = 1\n[[work_offset]]\nnumber = 2\nX_mm = 10\nY_mm = -5\nZ_mm = 20\nrotation_deg = 30\n");
   const std::vector<std::string> how = {"--control", toy.file("control.toml"), "--start-C", "26"};
   std::vector<std::string> rewrite = how;
   rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
-  const std::string text = "G20 G90 G55 F20\nG0 X1 Y0.5 Z1\nG1 X1.2\nG3 X0.8 Y0.7 I-0.2 J0.1\nG91 G1 X-0.3 Y0.2\nZ-0.1\nM2\n";
+  const std::string text =
+      "G20 G90 G55 F20\nG0 X1 Y0.5 Z1\nG1 X1.2\nG3 X0.8 Y0.7 I-0.2 J0.1\nG91 G1 X-0.3 Y0.2\nZ-0.1\nM2\n";
   run(text.substr(0, text.find("G3")) + "G3 X0.8 Y0.5 I-0.2 J0\nG91 G1 X-0.3 Y0.2\nZ-0.1\nM2\n", "inch", rewrite);
   run(corrected("inch"), "again", how);
   expect_displaced("inch", "again", 2e-4);
@@ -246,7 +255,8 @@ TEST_F(NcRewrite, ToolCentrePointControlIsRespected) {
   std::vector<std::string> rewrite = how;
   rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
   const std::string text =
-      "G21 G90 F2000\nT1 M6\nG43 H1\nM428\nG0 X20 Y5 Z20\nG1 X30 B20 C30\nX10 Y-10 B40 C80\nG2 X-10 Y-10 I-10 J0\nG1 C-30\nM429\nM2\n";
+      "G21 G90 F2000\nT1 M6\nG43 H1\nM428\nG0 X20 Y5 Z20\nG1 X30 B20 C30\nX10 Y-10 B40 C80\nG2 X-10 Y-10 I-10 J0\nG1 "
+      "C-30\nM429\nM2\n";
   run(text, "boat", rewrite);
   run(corrected("boat"), "again", how);
   expect_displaced("boat", "again", 1.5e-4);
@@ -284,8 +294,8 @@ TEST_F(NcRewrite, ShiftUpdatesTheWorkOffsetAtRetracts) {
 TEST_F(NcRewrite, RefusesWhatItWouldGetWrong) {
   const auto refused = [&](const std::string& text, const std::string& how, const std::vector<std::string>& says) {
     toy.write("part.ngc", text);
-    const Result result = toy.run({"nc", (toy_run() / "model.rom.h5").string(), toy.file("part.ngc"), "--rewrite", how,
-                                   "--start-C", "26"});
+    const Result result = toy.run(
+        {"nc", (toy_run() / "model.rom.h5").string(), toy.file("part.ngc"), "--rewrite", how, "--start-C", "26"});
     EXPECT_EQ(result.status, 3) << text << result.out;
     for (const std::string& words : says) EXPECT_SAYS(result.err, words);
     EXPECT_FALSE(std::filesystem::exists(toy.result("part.corrected.ngc")));

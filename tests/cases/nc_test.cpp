@@ -107,10 +107,10 @@ TEST_F(Nc, TravelIsExactAndThatOfTheRows) {
 }
 
 TEST_F(Nc, RowsHaveTheMeansOfSpindleFluidAndPauses) {
-  toy.write("control.toml", "schema = 1\ntool_change_s = 4\nspindle_start_s = 0\n[[tool]]\nnumber = 2\nlength_mm = 10\n");
-  const json summary =
-      loads("G21 G90\nT2 M6\nM3 S6000\nG4 P6\nM8\nG4 P5\nM9 M5\nM2\n",
-            {"--control", toy.file("control.toml"), "--row-s", "5"});
+  toy.write("control.toml",
+            "schema = 1\ntool_change_s = 4\nspindle_start_s = 0\n[[tool]]\nnumber = 2\nlength_mm = 10\n");
+  const json summary = loads("G21 G90\nT2 M6\nM3 S6000\nG4 P6\nM8\nG4 P5\nM9 M5\nM2\n",
+                             {"--control", toy.file("control.toml"), "--row-s", "5"});
   EXPECT_NEAR(summary["duration_s"].get<double>(), 15.0, 1e-9);
   EXPECT_EQ(summary["tool_changes"], 1);
   const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
@@ -139,7 +139,8 @@ TEST_F(Nc, OffsetsUnitsAndRotationReachTheAxes) {
 // turns about (0, ., -50), C about Z; the tool's point at home is at Z 20, its tip 40 mm below.
 TEST_F(Nc, ToolCentrePointControlFollowsTheTable) {
   toy.write("control.toml",
-            "schema = 1\n[[word]]\nword = \"G43.4\"\naction = \"tcp_on\"\nby = \"G43\"\n[[tool]]\nnumber = 1\nlength_mm = 40\n");
+            "schema = 1\n[[word]]\nword = \"G43.4\"\naction = \"tcp_on\"\nby = \"G43\"\n[[tool]]\nnumber = "
+            "1\nlength_mm = 40\n");
   const json summary = loads("G21 G90\nT1 M6\nG0 Z60\nG43.4 H1\nG0 X30 Y0 Z10\nG1 B30 F1000\nC90\nM2\n",
                              {"--control", toy.file("control.toml")});
   ASSERT_FALSE(summary.is_null());
@@ -156,8 +157,8 @@ TEST_F(Nc, ToolCentrePointControlFollowsTheTable) {
 
 TEST_F(Nc, FanucsWordsAreMapped) {
   toy.write("control.toml", "schema = 1\n[[tool]]\nnumber = 1\n");
-  const json summary = loads("%\nO1234\nG21 G90\nG5.1 Q1 R5\nG0 X1\nG5 P10000\nG1 X2 F100\nG5 P0\nM30\n%\n",
-                             {"--control", "fanuc"});
+  const json summary =
+      loads("%\nO1234\nG21 G90\nG5.1 Q1 R5\nG0 X1\nG5 P10000\nG1 X2 F100\nG5 P0\nM30\n%\n", {"--control", "fanuc"});
   EXPECT_EQ(summary["moves"], 2);
   toy.write("part.ngc", "G21\nG0 X1\nG68.2 X0 Y0 Z0 I0 J0 K0\nM30\n");
   const Result tilted = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", "fanuc"});
@@ -181,13 +182,15 @@ TEST_P(NcBad, NamesPlaceValueAndWhatIsAllowed) {
 INSTANTIATE_TEST_SUITE_P(
     Programs, NcBad,
     testing::Values(
-        Bad{"arc", "G21 G90 F100\nG0 X100 Y0\nG3 X98.7764 Y17.4169 I-100 J0\nM2\n",
+        Bad{"arc",
+            "G21 G90 F100\nG0 X100 Y0\nG3 X98.7764 Y17.4169 I-100 J0\nM2\n",
             {"part.ngc:3", "radii differ", "100.0000 mm", "100.3000 mm", "arc_radius_tolerance_mm"}},
         Bad{"tool", "G21\nT7 M6\nM2\n", {"part.ngc:2", "tool 7"}},
         Bad{"code", "G21\nG0 X1\nG12.9 X2\nM2\n", {"part.ngc:3", "g code"}},
         Bad{"m_code", "G21\nM177\nM2\n", {"part.ngc:2"}},
         Bad{"travel", "G21 G90\nG0 X10\nG0 X130\nM2\n", {"part.ngc:3", "axis X at 130", "-120.0000 to 120.0000"}},
-        Bad{"travel_on_arc", "G21 G90 F100\nG0 X110\nG2 X110 Y0 I5 J0\nG2 X110 Y10 J5\nG2 I10\nM2\n",
+        Bad{"travel_on_arc",
+            "G21 G90 F100\nG0 X110\nG2 X110 Y0 I5 J0\nG2 X110 Y10 J5\nG2 I10\nM2\n",
             {"part.ngc:5", "axis X at 130"}},
         Bad{"axis", "G21 G90\nG0 A5\nM2\n", {"part.ngc:2", "A"}},
         Bad{"endless", "G21 G91\no1 while [1]\nG0 X1\nG0 X-1\no1 endwhile\nM2\n", {"part.ngc:", "does it end"}},
@@ -227,7 +230,8 @@ TEST_F(Nc, NoProgramRunsCodeOrReadsElsewhere) {
 TEST_F(Nc, MistakesInAProfileAreNamed) {
   toy.write("part.ngc", "G21\nM2\n");
   toy.write("control.toml", "schema = 1\n[[word]]\nword = \"43.4\"\naction = \"skip\"\n");
-  Result result = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", toy.file("control.toml")});
+  Result result =
+      toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", toy.file("control.toml")});
   EXPECT_EQ(result.status, 3);
   for (const char* words : {"control.toml:3", "43.4", "G43.4"}) EXPECT_SAYS(result.err, words);
   toy.write("control.toml", "schema = 1\ntool_chnge_s = 4\n");

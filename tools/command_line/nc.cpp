@@ -9,9 +9,9 @@ namespace thermotwin::tools {
 void add_nc(CLI::App& app) {
   const auto options = std::make_shared<NcOptions>();
   NcOptions& nc = *options;
-  CLI::App* verb = add_verb(app, "nc", "Time, loads and TCP error along an NC program, and the corrected program.",
-                            "thermotwin nc out/model.rom.h5 part.ngc --control linuxcnc --out out", options,
-                            &tools::nc);
+  CLI::App* verb =
+      add_verb(app, "nc", "Time, loads and TCP error along an NC program, and the corrected program.",
+               "thermotwin nc out/model.rom.h5 part.ngc --control linuxcnc --out out", options, &tools::nc);
   verb->add_option("model", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
       ->required();
   verb->add_option("program", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();

@@ -149,7 +149,8 @@ public:
   }
   std::string csv(const std::vector<std::string>& axes) const {
     std::string text =
-        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,mean_feed_mm_min,"
+        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,mean_feed_mm_"
+        "min,"
         "mean_spindle_rpm,fluid_share,moves";
     for (const std::string& axis : axes)
       text += fmt::format(",mean_offset_{0}_um,largest_offset_{0}_um,std_{0}_um", axis);
@@ -157,11 +158,11 @@ public:
     for (const auto& [key, o] : operations_) {
       if (!o.any) continue;
       const double duration = std::max(o.end - o.start, 1e-12);
-      text += fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{}",
-                          key.first + 1, key.second, o.tool, o.first_line, o.last_line, o.start, o.end, o.cutting_s, o.rapid_s, o.pause_s,
-                          o.feed_length / units::mm,
-                          o.cutting_s > 0 ? o.feed_length / units::mm / o.cutting_s * 60.0 : 0.0, o.rpm_s / duration,
-                          o.fluid_s / duration, o.moves);
+      text +=
+          fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{}", key.first + 1,
+                      key.second, o.tool, o.first_line, o.last_line, o.start, o.end, o.cutting_s, o.rapid_s, o.pause_s,
+                      o.feed_length / units::mm, o.cutting_s > 0 ? o.feed_length / units::mm / o.cutting_s * 60.0 : 0.0,
+                      o.rpm_s / duration, o.fluid_s / duration, o.moves);
       for (std::size_t i = 0; i < axes.size(); ++i) {
         const auto k = static_cast<Eigen::Index>(i);
         text += o.cuts == 0 ? ",,,"
@@ -385,7 +386,8 @@ private:
       move.state.part = part_;
       if (path_ && rewrites_) path_->move();
       if (shift_ && rewrites_) shift_->move(move);
-      const auto source = rewrites_ && (path_ || shift_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
+      const auto source =
+          rewrites_ && (path_ || shift_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
       motion_.elements(move, options_.program.string(), source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);

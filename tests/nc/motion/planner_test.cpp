@@ -61,8 +61,8 @@ TEST(Planner, SpeedsAreContinuousAndWithinTheLimits) {
         if (one.t_up > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v0) / one.t_up, 2.0 + 1e-9);
         if (one.t_down > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v1) / one.t_down, 2.0 + 1e-9);
       }
-      const double covered = 0.5 * (one.v0 + one.cruise) * one.t_up + one.cruise * one.t_cruise +
-                             0.5 * (one.cruise + one.v1) * one.t_down;
+      const double covered =
+          0.5 * (one.v0 + one.cruise) * one.t_up + one.cruise * one.t_cruise + 0.5 * (one.cruise + one.v1) * one.t_down;
       EXPECT_NEAR(covered, one.element.length, 1e-9);
       EXPECT_NEAR(one.share_at(one.duration() * 0.999999), 1.0, 1e-4);
     }
