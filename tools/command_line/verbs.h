@@ -18,5 +18,6 @@ void add_evaluate(CLI::App& app);
 void add_diagnose(CLI::App& app);
 void add_validate(CLI::App& app);
 void add_export(CLI::App& app);
+void add_nc(CLI::App& app);
 
 }  // namespace thermotwin::tools

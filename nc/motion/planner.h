@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// When the axes are where: speeds along the path with limited speed and acceleration of each axis, two passes over the
+// elements that the control looks ahead. An element takes the speed that all of these allow:
+//   the feed; |dq_i/ds| v <= speed_i; |dq_i/ds| a <= acceleration_i; v^2 / r <= 0.87 a on an arc.
+// At a corner the path is rounded by a circle that deviates by the tolerance d, so that
+//   v^2 <= a d c / (1 - c),  c = cos(half the angle between the directions),
+// and the program stops at a corner in exact stop mode, and in exact path mode unless the directions agree. Speeds then
+// follow from accelerating and braking as late as possible; jerk is not limited.
+
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "nc/control/control_profile.h"
+#include "nc/motion/element.h"
+
+namespace thermotwin::nc {
+
+/// An element with its time course: accelerates, cruises, brakes.
+struct Timed {
+  Element element;
+  double start = 0;                           ///< s from the start of the program
+  double v0 = 0, cruise = 0, v1 = 0;          ///< m/s or rad/s along the path
+  double t_up = 0, t_cruise = 0, t_down = 0;  ///< s
+  double duration() const { return t_up + t_cruise + t_down; }
+  /// Share of the element that is done after a time from its start.
+  double share_at(double seconds) const;
+};
+
+class Planner {
+public:
+  Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_ahead, std::function<void(const Timed&)> take);
+
+  void push(Element element);
+  void finish();  ///< plans the rest; the axes stand at the end
+  double time() const { return time_; }
+
+private:
+  struct Planned {
+    Element element;
+    double limit = 0, acceleration = 0;  ///< along the path
+    double corner = 0;                   ///< largest speed at its start
+    double v0 = 0;
+  };
+  double corner_speed(const Planned& before, const Planned& after) const;
+  /// Plans all that is held and gives out the first ones. @param count  of them
+  void release(std::size_t count);
+  void give(const Planned& planned, double v1);
+
+  std::vector<AxisLimits> axes_;
+  double blend_tolerance_;
+  std::size_t look_ahead_;
+  std::function<void(const Timed&)> take_;
+  std::deque<Planned> held_;
+  double time_ = 0, speed_ = 0;  ///< speed at the start of the first held element
+};
+
+}  // namespace thermotwin::nc

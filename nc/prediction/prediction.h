@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine, and each
+// move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated in time.
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "compensation/online/compensator.h"
+#include "compensation/online/output_map.h"
+#include "nc/load/rows.h"
+
+namespace thermotwin::nc {
+
+struct PredictionOptions {
+  double start_C = 20.0;   ///< uniform temperature of the machine before the program
+  double interval = 10.0;  ///< s, of the rows
+  void validate() const;   ///< @throws InputError
+};
+
+/// The error field at a time between two rows.
+class ErrorField {
+public:
+  explicit ErrorField(const reduction::ReducedModel& model) : map_(model) {}
+
+  /// @param share  0: the row before, 1: the last row
+  solver::TcpError error(const Positions& positions, double share) const;
+  /// (linear axes) m, what cancels the error
+  Eigen::VectorXd offsets(const Positions& positions, double share) const;
+  const std::vector<std::string>& axes() const { return map_.axes(); }
+  bool outside(const Positions& positions) const { return map_.outside(positions); }
+  void advance(const Eigen::VectorXd& state);
+
+private:
+  compensation::OutputMap map_;
+  compensation::OutputMap::Projected base_, change_;
+  Eigen::VectorXd state_;
+};
+
+struct PredictedMove {
+  const Timed* timed;
+  Positions end;
+  double time;   ///< s, of its end
+  double share;  ///< of the row in which it ends
+  const ErrorField* field;
+  Eigen::Vector3d error_um;           ///< tool against table at its end
+  Eigen::VectorXd offset_um, std_um;  ///< (linear axes)
+  bool outside;                       ///< of the model's workspace
+};
+
+class Predictor {
+public:
+  /// @param model  must outlive this  @param take  receives each move in the program's order
+  Predictor(const reduction::ReducedModel& model, const Positions& start, const PredictionOptions& options,
+            std::function<void(const PredictedMove&)> take);
+
+  void add(const Timed& timed);  ///< before the row that ends after it
+  void row(const Row& row);
+  const std::vector<std::string>& axes() const { return field_.axes(); }
+
+private:
+  const reduction::ReducedModel& model_;
+  compensation::Compensator compensator_;
+  ErrorField field_;
+  std::function<void(const PredictedMove&)> take_;
+  std::vector<Timed> pending_;
+};
+
+}  // namespace thermotwin::nc

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/program/interpreter.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/units.h"
+
+namespace thermotwin::nc {
+
+using core::InputError;
+using rs274::Kind;
+using rs274::Stop;
+namespace units = core::units;
+
+namespace {
+
+/// A value for the helper: mm or deg.
+double outside(double value, int letter) { return value / (is_angle(letter) ? units::deg : units::mm); }
+
+std::string nine_text(const Nine& values) {
+  std::string text;
+  for (int i = 0; i < 9; ++i) text += fmt::format(" {:.12g}", outside(values[i], i));
+  return text;
+}
+
+std::string rule_text(const WordRule& rule) {
+  const std::string head = fmt::format(" {} {} {} ", rule.letter, rule.number, rule.with.empty() ? "-" : rule.with);
+  switch (rule.action) {
+    case WordRule::Action::skip: return "rule skip" + head;
+    case WordRule::Action::replace: return "rule replace" + head + rule.by;
+    case WordRule::Action::tcp_on: return "rule replace" + head + rule.by + "(thermotwin:" + tcp_on_marker + ")";
+    case WordRule::Action::tcp_off: return "rule replace" + head + rule.by + "(thermotwin:" + tcp_off_marker + ")";
+    default: return "rule refuse" + head + rule.says;
+  }
+}
+
+std::string job_text(const InterpreterOptions& options, const ControlProfile& control,
+                     const std::filesystem::path& program, const std::filesystem::path& folder) {
+  std::string job = fmt::format("program {}\nfolder {}\nmoves {:.0f}\nidle_blocks {:.0f}\nseconds {:.0f}\naxes {}\n",
+                                program.string(), folder.string(), control.moves, control.lines_without_move,
+                                control.seconds, options.axis_mask);
+  job += "start" + nine_text(options.start) + "\n";
+  for (const WorkOffset& offset : control.work_offsets)
+    job += fmt::format("work {}{} {:.12g}\n", offset.number, nine_text(offset.offset), offset.rotation / units::deg);
+  for (const Tool& tool : control.tools)
+    job += fmt::format("tool {}{} {:.12g} {:.12g} {:.12g} {}\n", tool.number, nine_text(tool.offset),
+                       tool.diameter / units::mm, tool.front_angle, tool.back_angle, tool.orientation);
+  for (const WordRule& rule : control.words) job += rule_text(rule) + "\n";
+  return job;
+}
+
+/// The helper as a child with its job on standard input.
+class Child {
+public:
+  Child(const std::filesystem::path& helper, const std::filesystem::path& folder, const std::string& job) {
+    // The job fits no pipe where there are many tools, so it waits in a file without a name.
+    const int in = memfd_create("thermotwin_nc_job", MFD_CLOEXEC);
+    int ends[2];
+    if (in < 0 || pipe2(ends, O_CLOEXEC) != 0) throw core::SolverError("nc: no pipe to the interpreter");
+    std::size_t at = 0;
+    while (at < job.size()) {
+      const ssize_t n = write(in, job.data() + at, job.size() - at);
+      if (n <= 0) throw core::SolverError("nc: no room for the interpreter's job");
+      at += static_cast<std::size_t>(n);
+    }
+    lseek(in, 0, SEEK_SET);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, in, STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+    std::string path = helper.string(), python = "PYTHONNOUSERSITE=1", safe = "PYTHONSAFEPATH=1", locale = "LC_ALL=C",
+                bytecode = "PYTHONDONTWRITEBYTECODE=1";
+    char* arguments[] = {path.data(), nullptr};
+    char* environment[] = {python.data(), safe.data(), locale.data(), bytecode.data(), nullptr};
+    const int failed = posix_spawn(&pid_, path.c_str(), &actions, nullptr, arguments, environment);
+    posix_spawn_file_actions_destroy(&actions);
+    close(in);
+    close(ends[1]);
+    out_ = ends[0];
+    if (failed != 0) {
+      close(out_);
+      throw core::SolverError(fmt::format("nc: {} does not start: {}", path, std::strerror(failed)));
+    }
+  }
+  ~Child() {
+    close(out_);
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      int status = 0;
+      waitpid(pid_, &status, 0);
+    }
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  int output() const { return out_; }
+  /// @return wait status
+  int wait() {
+    int status = 0;
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {}
+    pid_ = -1;
+    return status;
+  }
+
+private:
+  pid_t pid_ = -1;
+  int out_ = -1;
+};
+
+/// Takes records out of the bytes that have come.
+class Decoder {
+public:
+  explicit Decoder(const std::function<void(const Record&)>& take) : take_(take) {}
+
+  /// @return bytes used
+  std::size_t take(const char* data, std::size_t size) {
+    std::size_t at = 0;
+    while (size - at >= sizeof(rs274::Head)) {
+      rs274::Head head;
+      std::memcpy(&head, data + at, sizeof head);
+      const bool text = head.kind == Kind::file || head.kind == Kind::marker || head.kind == Kind::error;
+      const std::size_t body = text ? head.mask : sizeof(double) * static_cast<std::size_t>(std::popcount(head.mask));
+      if (head.kind < Kind::block || head.kind > Kind::end)
+        throw core::SolverError("nc: the interpreter's stream is broken");
+      if (size - at < sizeof head + body) break;
+      const char* from = data + at + sizeof head;
+      Record record{head.kind, head.index, head.line, {}, {}};
+      if (text) {
+        record.text = std::string_view(from, body);
+      } else {
+        auto& values = last_[static_cast<std::size_t>(head.kind)];
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          if ((head.mask >> i & 1U) == 0) continue;
+          std::memcpy(&values[i], from, sizeof(double));
+          from += sizeof(double);
+        }
+        record.values = values;
+      }
+      take_(record);
+      at += sizeof head + body;
+    }
+    return at;
+  }
+
+private:
+  const std::function<void(const Record&)>& take_;
+  std::array<std::array<double, 16>, 13> last_{};
+};
+
+/// A program is text: it has neither control characters nor lines that the interpreter cuts.
+void require_text(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path.string(), "cannot be read", "an NC program");
+  std::vector<char> part(1U << 16U);
+  std::size_t line = 1, length = 0;
+  constexpr std::size_t longest = 254;
+  while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
+    for (const char letter : std::string_view(part.data(), static_cast<std::size_t>(in.gcount()))) {
+      const auto c = static_cast<unsigned char>(letter);
+      constexpr unsigned char end_of_text = 26;  // the last byte of programs from old systems
+      if (c < 32 && c != '\t' && c != '\n' && c != '\r' && c != end_of_text)
+        throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),
+                         "text: an NC program has no control characters");
+      length = c == '\n' ? 0 : length + 1;
+      if (length > longest)
+        throw InputError(fmt::format("{}:{}", path.string(), line),
+                         fmt::format("a line of more than {} characters", longest), "shorter lines");
+      if (c == '\n') ++line;
+    }
+  }
+}
+
+[[noreturn]] void refuse(const Record& error, const std::string& file, const InterpreterOptions& options,
+                         const ControlProfile& control) {
+  const std::string place = fmt::format("{}:{}", file, std::max<std::uint32_t>(error.line, 1));
+  const std::string text(error.text);
+  switch (static_cast<Stop>(error.index)) {
+    case Stop::program:
+      throw InputError(place, text, "what LinuxCNC's interpreter and the control profile '" + control.name + "' know");
+    case Stop::file:
+      throw InputError(place, "the file " + text + " is outside of the program's folder, or cannot be read",
+                       "subprograms below " + options.program.parent_path().string());
+    case Stop::moves:
+      throw InputError(place, fmt::format("more than {:.0f} moves: does it end?", control.moves),
+                       "a program that ends, or more limits.moves in the control profile");
+    case Stop::idle_blocks:
+      throw InputError(place,
+                       fmt::format("more than {:.0f} lines without a move: does it end?", control.lines_without_move),
+                       "a program that ends, or more limits.lines_without_move in the control profile");
+    case Stop::time:
+      throw InputError(place, fmt::format("the interpreter took more than {:.0f} s: does it end?", control.seconds),
+                       "a program that ends, or more limits.seconds in the control profile");
+    default: throw InputError(place, "the interpreter failed: " + text, "a program that it can read");
+  }
+}
+
+}  // namespace
+
+std::filesystem::path find_helper() {
+  std::error_code ignored;
+  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const std::filesystem::path& folder : {here, here / THERMOTWIN_HELPERS, here.parent_path()}) {
+    const std::filesystem::path path = folder / "thermotwin_rs274";
+    if (access(path.c_str(), X_OK) == 0) return path;
+  }
+  return {};
+}
+
+void interpret(const InterpreterOptions& options, const ControlProfile& control,
+               const std::function<void(const Record&)>& take) {
+  const std::filesystem::path helper = options.helper.empty() ? find_helper() : options.helper;
+  if (helper.empty())
+    throw core::UsageError(
+        "nc: this program was built without LinuxCNC's interpreter; install linuxcnc-uspace and linuxcnc-uspace-dev "
+        "and build again");
+  require_text(options.program);
+  const std::filesystem::path program = std::filesystem::canonical(options.program);
+  const std::filesystem::path folder =
+      options.folder.empty() ? program.parent_path() : std::filesystem::canonical(options.folder);
+  Child child(helper, folder, job_text(options, control, program, folder));
+
+  std::string file = options.program.string();
+  std::uint32_t line = 0;
+  bool ended = false;
+  const std::function<void(const Record&)> look = [&](const Record& record) {
+    if (record.kind == Kind::error) refuse(record, file, options, control);
+    if (record.kind == Kind::file)
+      file = record.text == program.string() ? options.program.string() : std::string(record.text);
+    if (record.kind == Kind::block) line = record.line;
+    if (record.kind == Kind::end) {
+      ended = true;
+      if (record.index > 0)
+        throw InputError(fmt::format("{}:{}", file, line), "the program ends inside a subprogram",
+                         "M2 or M30 in the main program, after all subprograms have returned");
+    }
+    take(record);
+  };
+  Decoder decoder(look);
+  std::vector<char> bytes(1U << 18U);
+  std::size_t held = 0;
+  // Processor time ends the helper; a helper that sleeps is ended here.
+  const auto patience = std::chrono::duration<double>(control.seconds + 30.0);
+  auto heard = std::chrono::steady_clock::now();
+  for (;;) {
+    core::check_interrupt();
+    pollfd waiting{child.output(), POLLIN, 0};
+    if (poll(&waiting, 1, 200) <= 0) {
+      if (std::chrono::steady_clock::now() - heard > patience)
+        throw InputError(fmt::format("{}:{}", file, line), "the interpreter hangs", "a program that it can read");
+      continue;
+    }
+    const ssize_t n = read(child.output(), bytes.data() + held, bytes.size() - held);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    heard = std::chrono::steady_clock::now();
+    held += static_cast<std::size_t>(n);
+    const std::size_t used = decoder.take(bytes.data(), held);
+    std::memmove(bytes.data(), bytes.data() + used, held - used);
+    held -= used;
+  }
+  const int status = child.wait();
+  if (!ended)
+    throw InputError(fmt::format("{}:{}", file, std::max<std::uint32_t>(line, 1)),
+                     WIFSIGNALED(status) ? fmt::format("the interpreter was ended by signal {}", WTERMSIG(status))
+                                         : "the interpreter ended before the program",
+                     "a program that LinuxCNC's interpreter can read");
+}
+
+}  // namespace thermotwin::nc

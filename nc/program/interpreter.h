@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Runs an NC program through LinuxCNC's interpreter, in the helper process thermotwin_rs274. The helper has no
+// environment, writes no file, reads files below the program's folder only, and ends at its limits. It is killed where
+// it says nothing for longer than its processor time allows.
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "nc/control/control_profile.h"
+#include "nc/rs274/records.h"
+
+namespace thermotwin::nc {
+
+struct Record {
+  rs274::Kind kind;
+  int index = 0;
+  std::uint32_t line = 0;
+  std::array<double, 16> values{};  ///< of the kind, see records.h
+  std::string_view text;            ///< valid during the call
+};
+
+struct InterpreterOptions {
+  std::filesystem::path program;
+  std::filesystem::path folder;  ///< of subprograms; empty: the program's own
+  std::filesystem::path helper;  ///< empty: where the build or the installation has it
+  Nine start = Nine::Zero();     ///< position of the axes before the program, m and rad
+  int axis_mask = 0x7;           ///< bit 0: X
+};
+
+/// Comments that begin so are markers of the control profile.
+inline constexpr const char* tcp_on_marker = "tcp on";
+inline constexpr const char* tcp_off_marker = "tcp off";
+
+/// @return the helper's path; empty: the program was built without LinuxCNC's interpreter
+std::filesystem::path find_helper();
+
+/// @param take  receives the records in their order
+/// @throws InputError (file:line) for a program that the interpreter or the profile refuses, or that does not end
+void interpret(const InterpreterOptions& options, const ControlProfile& control,
+               const std::function<void(const Record&)>& take);
+
+}  // namespace thermotwin::nc

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Writes the program anew with the predicted offsets in its coordinates. A move's end is displaced by the offsets at its
+// pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes where
+// the displacement rounds to another one; all other text stays. A block is split where the displacement along it bends
+// by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms, parameters and
+// drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "nc/motion/axis_motion.h"
+#include "nc/prediction/prediction.h"
+#include "nc/rewrite/program_line.h"
+
+namespace thermotwin::nc {
+
+struct RewriteOptions {
+  double tolerance = 0.5e-6;     ///< m
+  double largest_offset = 1e-3;  ///< m; beyond it the program is refused
+};
+
+struct RewriteSummary {
+  long lines_before = 0, lines_after = 0, changed = 0, split = 0, written_out = 0;
+  double largest_um = 0;  ///< displacement
+};
+
+class PathRewriter {
+public:
+  /// @param text  of the program  @param name  for messages  @param out  receives the new text in parts
+  PathRewriter(const std::string& text, std::string name, const AxisMotion& motion, const RewriteOptions& options,
+               std::function<void(const std::string&)> out);
+
+  /// In the interpreter's order.
+  /// @param frame  before the line runs
+  void block(const MoveState& state, const std::string& file, const Frame& frame);
+  void move();  ///< of the last block
+  void dwell(double seconds);
+  /// In the same order, later.
+  void predicted(const PredictedMove& move);
+  /// The end of the program. @return whether the text differs; if not, the original text holds
+  bool finish();
+  const RewriteSummary& summary() const { return summary_; }
+
+private:
+  /// A line of the program in the order of execution.
+  struct Entry {
+    ProgramLine line;
+    std::string place;
+    std::size_t number = 0;
+    int expected = 0, done = 0;  ///< moves
+    bool absolute = true, arc_absolute = false, inverse_time = false, cycle = false, machine = false;
+    double dwell = 0;
+    Frame frame;               ///< behind it
+    std::string before, text;  ///< lines that come instead of it, and the line itself
+    bool edited = false;
+  };
+
+  const ProgramLine& line_of(const std::string& file, std::size_t number) const;
+  void scan(Entry& entry);
+  void flush();
+  void emit(Entry& entry);
+  void edit(Entry& entry, const PredictedMove& predicted);
+  void stay(Entry& entry) const;
+  void cycle_move(Entry& entry, const PredictedMove& predicted);
+  Eigen::Vector3d displacement(const Move& move, const PredictedMove& predicted, double u) const;
+  Nine set_end(ProgramLine& line, const Entry& entry, const Source& source, Nine target, bool whole) const;
+  void set_centre(ProgramLine& line, const Entry& entry, const Source& source, const Eigen::Vector3d& start,
+                  const Eigen::Vector3d& centre) const;
+  /// Ends of the pieces of a block, as shares of it; the last one is 1.
+  void find_pieces(const Move& move, const PredictedMove& predicted, double u0, double u1, const Eigen::Vector3d& d0,
+                   const Eigen::Vector3d& d1, int depth, std::vector<double>& ends) const;
+  [[noreturn]] void refuse(const Entry& entry, const std::string& value, const std::string& allowed) const;
+
+  std::vector<ProgramLine> lines_;
+  std::string name_;
+  const AxisMotion& motion_;
+  RewriteOptions options_;
+  std::function<void(const std::string&)> out_;
+  RewriteSummary summary_;
+  bool flat_ = true;                                                ///< every line runs once, in order
+  mutable std::map<std::string, std::vector<ProgramLine>> others_;  ///< files of subprograms
+  std::deque<Entry> entries_;
+  std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat
+  Nine at_;                  ///< where the rewritten program has the control, m and rad
+  bool placed_ = false, absolute_ = true, arc_absolute_ = false, inverse_time_ = false, cycle_ = false;
+};
+
+}  // namespace thermotwin::nc

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/rewrite/program_line.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+namespace thermotwin::nc {
+
+namespace {
+
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+bool is_space(char c) { return c == ' ' || c == '\t'; }
+
+/// Behind an expression in brackets, or a parameter such as #1, #<name>, ##2.
+std::size_t behind_expression(const std::string& text, std::size_t at) {
+  int depth = 0;
+  while (at < text.size()) {
+    const char c = text[at];
+    if (c == '[') ++depth;
+    if (c == ']') --depth;
+    if (c == '<') {
+      at = text.find('>', at);
+      if (at == std::string::npos) return text.size();
+    }
+    ++at;
+    if (depth > 0 || c == '#' || c == '-' || c == '+' || is_space(c)) continue;
+    if (at < text.size() && (std::isdigit(static_cast<unsigned char>(text[at])) != 0 || text[at] == '.')) continue;
+    return at;
+  }
+  return at;
+}
+
+}  // namespace
+
+ProgramLine ProgramLine::parse(std::string text, std::string end) {
+  ProgramLine line;
+  line.text = std::move(text);
+  line.end = std::move(end);
+  line.read_words();
+  return line;
+}
+
+void ProgramLine::read_words() {
+  words.clear();
+  code_end = 0;
+  control = assigns = false;
+  std::size_t i = 0;
+  while (i < text.size()) {
+    const char c = text[i];
+    if (c == ';') break;
+    if (c == '(') {
+      i = text.find(')', i);
+      if (i == std::string::npos) break;
+      ++i;
+      continue;
+    }
+    if (c == '#') {
+      assigns = true;
+      break;
+    }
+    if (!is_letter(c)) {
+      ++i;
+      continue;
+    }
+    Word word;
+    word.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    word.begin = i;
+    if (word.letter == 'O') {
+      control = true;
+      break;
+    }
+    std::size_t at = i + 1;
+    while (at < text.size() && is_space(text[at])) ++at;
+    if (at < text.size() && (text[at] == '[' || text[at] == '#' ||
+                             ((text[at] == '-' || text[at] == '+') && at + 1 < text.size() &&
+                              (text[at + 1] == '[' || text[at + 1] == '#')) ||
+                             is_letter(text[at]))) {
+      word.expression = true;
+      while (at < text.size() && is_letter(text[at])) ++at;  // sin[...]
+      at = behind_expression(text, at);
+    } else {
+      // Numbers may have spaces inside: "X - 1 . 5".
+      std::string number;
+      std::size_t stop = at;
+      while (at < text.size() && (std::isdigit(static_cast<unsigned char>(text[at])) != 0 || text[at] == '.' ||
+                                  text[at] == '-' || text[at] == '+' || is_space(text[at]))) {
+        if (!is_space(text[at])) {
+          if (text[at] != '+') number += text[at];
+          stop = at + 1;
+        }
+        ++at;
+      }
+      std::from_chars(number.data(), number.data() + number.size(), word.value);
+      at = stop;
+    }
+    word.end = at;
+    code_end = at;
+    words.push_back(word);
+    i = std::max(at, i + 1);
+  }
+}
+
+const Word* ProgramLine::find(char letter) const {
+  const auto found = std::find_if(words.begin(), words.end(), [&](const Word& word) { return word.letter == letter; });
+  return found == words.end() ? nullptr : &*found;
+}
+
+bool ProgramLine::has(char letter, double number) const {
+  return std::any_of(words.begin(), words.end(), [&](const Word& word) {
+    return word.letter == letter && !word.expression && std::abs(word.value - number) < 1e-6;
+  });
+}
+
+void ProgramLine::set(char letter, const std::string& number, const std::string& after) {
+  if (const Word* word = find(letter)) {
+    text.replace(word->begin + 1, word->end - word->begin - 1, number);
+  } else {
+    const Word* last = nullptr;
+    for (const Word& candidate : words)
+      if (after.find(candidate.letter) != std::string::npos) last = &candidate;
+    const std::size_t at = last != nullptr ? last->end : code_end;
+    text.insert(at, (at > 0 ? " " : "") + std::string(1, letter) + number);
+  }
+  read_words();
+}
+
+void ProgramLine::remove(const std::vector<std::pair<char, double>>& unwanted) {
+  for (std::size_t k = words.size(); k-- > 0;) {
+    const Word word = words[k];
+    const bool gone = std::any_of(unwanted.begin(), unwanted.end(), [&](const auto& one) {
+      return one.first == word.letter && std::abs(one.second - word.value) < 1e-6;
+    });
+    if (gone) text.erase(word.begin, word.end - word.begin);
+  }
+  read_words();
+}
+
+std::string nc_number(double value, int decimals) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  while (text.back() == '0' && text[text.size() - 2] != '.') text.pop_back();
+  if (text.find_first_not_of("-0.") == std::string::npos) return "0.0";
+  return text;
+}
+
+std::vector<ProgramLine> program_lines(const std::string& text) {
+  std::vector<ProgramLine> lines;
+  std::size_t from = 0;
+  while (from < text.size()) {
+    std::size_t to = text.find('\n', from);
+    std::string end = "\n";
+    std::size_t next = to + 1;
+    if (to == std::string::npos) {
+      to = next = text.size();
+      end.clear();
+    }
+    if (to > from && text[to - 1] == '\r') {
+      --to;
+      end = "\r" + end;
+    }
+    lines.push_back(ProgramLine::parse(text.substr(from, to - from), end));
+    from = next;
+  }
+  return lines;
+}
+
+}  // namespace thermotwin::nc

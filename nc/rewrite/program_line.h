@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A line of an NC program as text with the places of its words, so that single numbers change and all else stays.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace thermotwin::nc {
+
+struct Word {
+  char letter = 0;                 ///< upper case
+  std::size_t begin = 0, end = 0;  ///< in the text, from the letter on
+  double value = 0;
+  bool expression = false;  ///< #1, [1 + 2]: the value is not in the text
+};
+
+struct ProgramLine {
+  std::string text;  ///< without its end
+  std::string end;   ///< "\n", "\r\n" or nothing
+  std::vector<Word> words;
+  bool control = false;      ///< an O-word: subprograms, loops, branches
+  bool assigns = false;      ///< sets a parameter
+  std::size_t code_end = 0;  ///< behind the last word
+
+  static ProgramLine parse(std::string text, std::string end);
+
+  const Word* find(char letter) const;
+  bool has(char letter, double number) const;
+
+  /// Puts a word's number in its place, or adds the word behind the last one of the letters in `after` that is there.
+  void set(char letter, const std::string& number, const std::string& after);
+  void remove(const std::vector<std::pair<char, double>>& words);
+
+private:
+  void read_words();
+};
+
+/// The number as NC programs write it: at most so many decimals, no trailing zeros but one, no -0.
+std::string nc_number(double value, int decimals);
+
+/// Lines of a text with their ends.
+std::vector<ProgramLine> program_lines(const std::string& text);
+
+}  // namespace thermotwin::nc

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/rewrite/shift_rewriter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "core/units.h"
+
+namespace thermotwin::nc {
+
+namespace units = core::units;
+
+namespace {
+
+/// "o100" of a line that begins with an O-word, in lower case.
+std::string label_of(const ProgramLine& line) {
+  const std::string text = core::lower(line.text);
+  std::size_t at = text.find_first_not_of(" \t/");
+  if (at == std::string::npos || text[at] != 'o') return "";
+  const std::size_t end = text[at + 1] == '<' ? text.find('>', at) : text.find_first_not_of("0123456789 ", at + 1);
+  return text.substr(at, end == std::string::npos ? end : end - at);
+}
+
+}  // namespace
+
+ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion,
+                             const RewriteOptions& options)
+    : lines_(program_lines(text)),
+      name_(std::move(name)),
+      motion_(motion),
+      options_(options) {
+  summary_.lines_before = summary_.lines_after = std::ssize(lines_);
+  closed_.assign(lines_.size() + 1, false);
+  std::map<std::string, std::pair<std::size_t, std::size_t>> spans;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const ProgramLine& line = lines_[i];
+    if (line.control) {
+      const std::string label = label_of(line);
+      spans.emplace(label, std::pair{i, i}).first->second.second = i;
+    }
+    for (const auto& [letter, number] : {std::pair{'G', 92.0}, {'G', 10.0}})
+      if (line.has(letter, number))
+        throw core::InputError(fmt::format("{}:{}", name_, i + 1),
+                               fmt::format("{}{} with --rewrite shift", letter, number),
+                               "work offsets that the program does not set itself");
+  }
+  for (const auto& [label, span] : spans)
+    for (std::size_t i = span.first; i <= span.second; ++i) closed_[i + 1] = true;
+  sections_.emplace_back();
+}
+
+bool ShiftRewriter::is_open(std::size_t line) const { return line < closed_.size() && !closed_[line]; }
+
+void ShiftRewriter::block(const MoveState& state, const std::string& file) {
+  if (main_ && retracts_ && moves_in_line_ == 1 && line_ > last_ && is_open(line_)) {
+    Section section;
+    section.behind = line_;
+    sections_.push_back(section);
+    last_ = line_;
+  }
+  line_ = state.line;
+  main_ = file == name_ && state.depth == 0;
+  moves_in_line_ = 0;
+  retracts_ = false;
+}
+
+void ShiftRewriter::move(const Move& move) {
+  if (next_ == 0 && section_of_.empty()) {
+    // The first update stands before the first line that moves, and before the loop or subprogram that it is in.
+    std::size_t line = main_ ? line_ : lines_.size();
+    const auto units_in = [&](std::size_t at) {
+      return at >= 1 && at <= lines_.size() && (lines_[at - 1].has('G', 20) || lines_[at - 1].has('G', 21));
+    };
+    if (units_in(line))
+      throw core::InputError(fmt::format("{}:{}", name_, line), "the length unit in the first line that moves",
+                             "G20 or G21 in a line before it, for --rewrite shift");
+    if (!main_)
+      for (line = 1; line < closed_.size() && !closed_[line];) ++line;
+    while (line > 1 && !is_open(line)) --line;
+    sections_.front().behind = is_open(line) && line != line_ ? line : line - 1;
+  }
+  ++moves_in_line_;
+  const Nine change = move.to - move.from;
+  retracts_ = move.kind == MoveKind::traverse && change[2] > 0.0 && change[0] == 0.0 && change[1] == 0.0;
+  section_of_.push_back(static_cast<int>(sections_.size()) - 1);
+}
+
+void ShiftRewriter::predicted(const PredictedMove& predicted) {
+  const Source& source = *predicted.timed->element.source;
+  Section& section = sections_[static_cast<std::size_t>(section_of_[next_++])];
+  if (source.move.kind == MoveKind::traverse) return;
+  Positions positions = predicted.end;
+  for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
+    positions[motion_.machine().axis_index(predicted.field->axes()[i])] +=
+        predicted.offset_um[static_cast<Eigen::Index>(i)] * units::um;
+  const Eigen::Vector3d displacement =
+      (motion_.values(positions, source.move, source.move.to) - source.move.to).head<3>();
+  if (displacement.norm() > options_.largest_offset)
+    throw core::InputError(fmt::format("{}:{}", name_, source.move.state.line),
+                           fmt::format("an offset of {:.1f} um", displacement.norm() / units::um),
+                           fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
+  if (section.moves == 0) {
+    section.frame = source.frame;
+    section.low = section.high = displacement;
+  }
+  if (section.frame.work_number != source.frame.work_number)
+    throw core::InputError(fmt::format("{}:{}", name_, source.move.state.line),
+                           "another work offset between two retracted moves",
+                           "a rapid move up along Z before each change of the work offset");
+  ++section.moves;
+  section.sum += displacement;
+  section.low = section.low.cwiseMin(displacement);
+  section.high = section.high.cwiseMax(displacement);
+  summary_.largest_um = std::max(summary_.largest_um, displacement.norm() / units::um);
+}
+
+std::string ShiftRewriter::finish() {
+  std::map<std::size_t, std::string> updates;
+  std::map<int, Eigen::Vector3d> in_use;
+  for (const Section& section : sections_) {
+    if (section.moves == 0) continue;
+    const Eigen::Vector3d mean = section.sum / static_cast<double>(section.moves);
+    Eigen::Vector3d& used = in_use.emplace(section.frame.work_number, Eigen::Vector3d::Zero()).first->second;
+    if ((mean - used).cwiseAbs().maxCoeff() > options_.tolerance) {
+      const double unit = section.frame.unit;
+      const int decimals = unit > 0.01 ? 5 : 4;
+      std::string text = fmt::format("G10 L2 P{}", section.frame.work_number);
+      for (int i = 0; i < 3; ++i) {
+        const std::string number = nc_number((section.frame.work[i] + mean[i]) / unit, decimals);
+        text += fmt::format(" {}{}", letters[static_cast<std::size_t>(i)], number);
+        used[i] = std::stod(number) * unit - section.frame.work[i];
+      }
+      updates[section.behind] = text;
+    }
+    for (const Eigen::Vector3d& end : {section.low, section.high})
+      largest_left_ = std::max(largest_left_, (end - used).cwiseAbs().maxCoeff() / units::um);
+  }
+  std::string text;
+  for (std::size_t i = 0; i <= lines_.size(); ++i) {
+    if (i > 0) text += lines_[i - 1].text + lines_[i - 1].end;
+    const auto update = updates.find(i);
+    if (update == updates.end()) continue;
+    if (i > 0 && lines_[i - 1].end.empty()) text += "\n";
+    text += update->second + (i > 0 && !lines_[i - 1].end.empty() ? lines_[i - 1].end : "\n");
+    ++summary_.changed;
+    ++summary_.lines_after;
+  }
+  return text;
+}
+
+}  // namespace thermotwin::nc

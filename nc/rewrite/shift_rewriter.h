@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Puts updates of the work offset into the program, at retracted moves: behind a line whose one rapid move goes up along
+// Z alone, outside of loops and subprograms. An update holds the mean displacement of the cutting moves up to the next
+// one. It is written where it differs from the last by more than the tolerance; all other text stays.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "nc/rewrite/path_rewriter.h"
+
+namespace thermotwin::nc {
+
+class ShiftRewriter {
+public:
+  ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion, const RewriteOptions& options);
+
+  void block(const MoveState& state, const std::string& file);
+  void move(const Move& move);
+  void predicted(const PredictedMove& move);
+  /// @return the text with its updates
+  std::string finish();
+  const RewriteSummary& summary() const { return summary_; }
+  /// (3) um, largest deviation of a cutting move's displacement from the update in use
+  double largest_left_um() const { return largest_left_; }
+
+private:
+  /// Moves between two places of an update.
+  struct Section {
+    std::size_t behind = 0;  ///< line that it follows
+    Frame frame;             ///< of its first cutting move
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+    long moves = 0;
+  };
+  bool is_open(std::size_t line) const;
+
+  std::vector<ProgramLine> lines_;
+  std::string name_;
+  const AxisMotion& motion_;
+  RewriteOptions options_;
+  RewriteSummary summary_;
+  std::vector<bool> closed_;  ///< lines within a loop, a branch or a subprogram
+  std::vector<Section> sections_;
+  std::vector<int> section_of_;      ///< of the moves that wait, in their order
+  std::size_t next_ = 0;             ///< of the moves, to be predicted
+  std::size_t line_ = 0, last_ = 0;  ///< present line; last one
+  int moves_in_line_ = 0;
+  bool retracts_ = false, main_ = true;
+  double largest_left_ = 0;
+};
+
+}  // namespace thermotwin::nc

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "nc/rs274/files.h"
+
+#include <climits>
+
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <dirent.h>
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <wordexp.h>
+
+#include "nc/rs274/stream.h"
+
+namespace thermotwin::nc::rs274 {
+
+namespace {
+
+bool guarded = false;
+std::string allowed_folder, refused;
+std::vector<Rule> word_rules;
+std::vector<char*> texts;  // of rewritten files, kept to the end
+
+bool is_python(const std::string& line) {
+  for (std::size_t i = 0; i + 3 < line.size(); ++i) {
+    if (line[i] != ';' && line[i] != '(') continue;
+    std::size_t at = i + 1;
+    while (at < line.size() && (line[at] == ' ' || line[at] == '\t')) ++at;
+    if (strncasecmp(line.c_str() + at, "py,", 3) == 0 || strncasecmp(line.c_str() + at, "pyrun,", 6) == 0 ||
+        strncasecmp(line.c_str() + at, "pyreload", 8) == 0)
+      return true;
+    if (line[i] == ';') return false;
+  }
+  return false;
+}
+
+/// The whole file with rules applied, or null where nothing in it changes.
+char* rewritten_text(FILE* file, std::size_t& size) {
+  std::string out;
+  bool differs = false;
+  std::uint32_t number = 0;
+  char* raw = nullptr;
+  std::size_t capacity = 0;
+  for (ssize_t n = getline(&raw, &capacity, file); n >= 0; n = getline(&raw, &capacity, file)) {
+    ++number;
+    std::string line(raw, static_cast<std::size_t>(n));
+    if (is_python(line)) {
+      begin_block(number, 0);
+      stop(Stop::program, "Python in a comment, which is not executed");
+    }
+    if (word_rules.empty()) continue;
+    try {
+      std::string changed = rewritten_line(line, word_rules);
+      differs = differs || changed != line;
+      out += changed;
+    } catch (const std::string& message) {
+      begin_block(number, 0);
+      stop(Stop::program, message);
+    }
+  }
+  free(raw);
+  if (!differs) return nullptr;
+  size = out.size();
+  auto* text = static_cast<char*>(malloc(size + 1));
+  std::memcpy(text, out.c_str(), size + 1);
+  texts.push_back(text);
+  return text;
+}
+
+FILE* real_open(const char* path, const char* mode) {
+  using Open = FILE* (*)(const char*, const char*);
+  static const auto open_file = reinterpret_cast<Open>(dlsym(RTLD_NEXT, "fopen64"));
+  return open_file(path, mode);
+}
+
+FILE* guarded_open(const char* path, const char* mode) {
+  if (!guarded) return real_open(path, mode);
+  char resolved[PATH_MAX];
+  struct stat status;
+  if (std::strpbrk(mode, "wa+") != nullptr) {
+    errno = EACCES;
+    return nullptr;
+  }
+  if (realpath(path, resolved) == nullptr) return nullptr;
+  if (std::string(resolved).compare(0, allowed_folder.size(), allowed_folder) != 0) {
+    refused = resolved;
+    errno = EACCES;
+    return nullptr;
+  }
+  if (stat(resolved, &status) != 0 || !S_ISREG(status.st_mode)) {
+    errno = EACCES;
+    return nullptr;
+  }
+  FILE* file = real_open(resolved, "r");
+  if (file == nullptr) return nullptr;
+  write_text(Kind::file, 1, 0, resolved);
+  std::size_t size = 0;
+  if (char* text = rewritten_text(file, size); text != nullptr && size > 0) {
+    fclose(file);
+    return fmemopen(text, size, "r");
+  }
+  rewind(file);
+  return file;
+}
+
+}  // namespace
+
+void guard_files(const std::string& folder, std::vector<Rule> rules) {
+  char resolved[PATH_MAX];
+  allowed_folder = realpath(folder.c_str(), resolved) != nullptr ? resolved : folder;
+  if (allowed_folder.back() != '/') allowed_folder += '/';
+  word_rules = std::move(rules);
+  guarded = true;
+}
+
+const std::string& refused_file() { return refused; }
+
+std::string rewritten_line(const std::string& line, const std::vector<Rule>& rules) {
+  std::string out;
+  std::vector<const Rule*> met;
+  bool named = false;
+  std::size_t i = 0;
+  while (i < line.size()) {
+    const char c = line[i];
+    if (c == ';') {
+      out += line.substr(i);
+      break;
+    }
+    if (c == '(') {
+      const std::size_t close = line.find(')', i);
+      out += line.substr(i, close == std::string::npos ? std::string::npos : close - i + 1);
+      if (close == std::string::npos) break;
+      i = close + 1;
+      continue;
+    }
+    if (c == '<') named = true;
+    if (c == '>') named = false;
+    const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    const bool word = !named && std::isalpha(static_cast<unsigned char>(c)) != 0 &&
+                      (i == 0 || std::isalpha(static_cast<unsigned char>(line[i - 1])) == 0);
+    std::size_t digits = i + 1;
+    while (digits < line.size() && (line[digits] == ' ' || line[digits] == '\t')) ++digits;
+    char* end = nullptr;
+    const bool number = word && digits < line.size() &&
+                        (std::isdigit(static_cast<unsigned char>(line[digits])) != 0 || line[digits] == '.');
+    const double value = number ? std::strtod(line.c_str() + digits, &end) : 0.0;
+    if (number) {
+      const Rule* rule = nullptr;
+      for (const Rule& candidate : rules)
+        if (candidate.letter == letter && candidate.number > value - 1e-6 && candidate.number < value + 1e-6)
+          rule = &candidate;
+      // Words that go with one before them.
+      for (const Rule* before : met)
+        if (before->second.find(letter) != std::string::npos && before->action != Rule::Action::replace) rule = before;
+      const std::size_t length = static_cast<std::size_t>(end - (line.c_str() + i));
+      if (rule != nullptr && rule->action == Rule::Action::refuse)
+        throw line.substr(i, length) + (rule->text.empty() ? "" : " " + rule->text);
+      if (rule != nullptr) {
+        const bool own = rule->letter == letter && rule->number > value - 1e-6 && rule->number < value + 1e-6;
+        if (own) {
+          met.push_back(rule);
+          if (rule->action == Rule::Action::replace) out += rule->text;
+          if (rule->action == Rule::Action::mark) out += "(" + rule->text + ")";
+        }
+        i += length;
+        continue;
+      }
+      out += line.substr(i, length);
+      i += length;
+      continue;
+    }
+    out += c;
+    ++i;
+  }
+  return out;
+}
+
+}  // namespace thermotwin::nc::rs274
+
+// The library's own calls come to these, which the linker finds before those of the C library.
+extern "C" {
+
+FILE* fopen64(const char* path, const char* mode) { return thermotwin::nc::rs274::guarded_open(path, mode); }
+FILE* fopen(const char* path, const char* mode) { return thermotwin::nc::rs274::guarded_open(path, mode); }
+int rename(const char* /*from*/, const char* /*to*/) noexcept { return errno = EACCES, -1; }
+int unlink(const char* /*path*/) noexcept { return errno = EACCES, -1; }
+int link(const char* /*from*/, const char* /*to*/) noexcept { return errno = EACCES, -1; }
+/// Names of subprograms are taken as they are: no shell expands them.
+int wordexp(const char* words, wordexp_t* result, int /*flags*/) {
+  result->we_wordc = 1;
+  result->we_offs = 0;
+  result->we_wordv = static_cast<char**>(calloc(2, sizeof(char*)));
+  if (result->we_wordv == nullptr) return WRDE_NOSPACE;
+  result->we_wordv[0] = strdup(words);
+  return 0;
+}
+void wordfree(wordexp_t* result) {
+  if (result->we_wordv == nullptr) return;
+  free(result->we_wordv[0]);
+  free(result->we_wordv);
+  result->we_wordv = nullptr;
+}
+
+}  // extern "C"

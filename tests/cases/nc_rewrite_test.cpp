@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `nc --rewrite`: the corrected program, read again by the same interpreter, against the offsets of the first reading.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <sstream>
+
+#include "core/table.h"
+#include "tests/cases/nc_programs.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+using nlohmann::json;
+using Point = Eigen::Vector3d;
+
+class NcRewrite : public testing::Test {
+protected:
+  void SetUp() override {
+    if (!has_interpreter()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
+  }
+  /// @return the summary; the tables are in the folder
+  json run(const std::string& text, const std::string& folder, std::vector<std::string> more) {
+    toy.write(folder + ".ngc", text);
+    std::vector<std::string> arguments = {"nc",
+                                          (toy_run() / "model.rom.h5").string(),
+                                          toy.file(folder + ".ngc"),
+                                          "--json",
+                                          "--start",
+                                          "X=0,Y=0,Z=50",
+                                          "--out",
+                                          toy.file(folder)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = thermotwin(arguments);
+    EXPECT_EQ(result.status, 0) << result.err;
+    return result.status == 0 ? json::parse(result.out) : json();
+  }
+  core::Table blocks(const std::string& folder) const { return core::read_csv(toy.file(folder + "/blocks.csv")); }
+  std::string corrected(const std::string& folder) const {
+    return read(toy.file(folder + "/" + folder + ".corrected.ngc"));
+  }
+  static Point position(const core::Table& table, Eigen::Index row) {
+    return {table.column("X_mm")[row], table.column("Y_mm")[row], table.column("Z_mm")[row]};
+  }
+  static Point offset_mm(const core::Table& table, Eigen::Index row) {
+    return 1e-3 *
+           Point(table.column("offset_X_um")[row], table.column("offset_Y_um")[row], table.column("offset_Z_um")[row]);
+  }
+  /// Each move of the corrected program ends where that of the program does, plus its offset.
+  void expect_displaced(const std::string& before, const std::string& after, double within_mm) const {
+    const core::Table a = blocks(before), b = blocks(after);
+    ASSERT_EQ(a.rows(), b.rows()) << corrected(before);
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      EXPECT_NEAR((position(b, i) - position(a, i) - offset_mm(a, i)).cwiseAbs().maxCoeff(), 0.0, within_mm) << i;
+      largest = std::max(largest, offset_mm(a, i).norm());
+    }
+    EXPECT_GT(largest, 2e-3) << "the offsets are too small to show anything";
+  }
+  Toy toy;
+};
+
+/// Lines and arcs of a program with X Y Z I J K in absolute mm, as this test writes them.
+class Path {
+public:
+  explicit Path(const std::string& text) {
+    std::istringstream lines(text);
+    Point at(0, 0, 50);
+    int motion = 0, plane = 17;
+    for (std::string line; std::getline(lines, line);) {
+      line = line.substr(0, line.find('('));
+      Point to = at, centre = at;
+      bool moves = false;
+      for (std::size_t i = 0; i < line.size(); ++i) {
+        const char letter = line[i];
+        if (std::string("GXYZIJK").find(letter) == std::string::npos) continue;
+        const double value = std::stod(line.substr(i + 1));
+        if (letter == 'G' && value < 4) motion = static_cast<int>(value);
+        if (letter == 'G' && value >= 17 && value <= 19) plane = static_cast<int>(value);
+        const std::size_t axis = std::string("XYZ").find(letter), c = std::string("IJK").find(letter);
+        if (axis != std::string::npos) to[static_cast<Eigen::Index>(axis)] = value;
+        if (c != std::string::npos) centre[static_cast<Eigen::Index>(c)] += value;
+        moves = moves || letter != 'G';
+      }
+      if (!moves) continue;
+      pieces_.push_back({at, to, centre, motion, plane});
+      at = to;
+    }
+  }
+  std::size_t pieces() const { return pieces_.size(); }
+  /// Shortest distance to the path.
+  double distance(const Point& p) const {
+    double shortest = 1e9;
+    for (const Piece& piece : pieces_) shortest = std::min(shortest, piece.distance(p));
+    return shortest;
+  }
+
+private:
+  struct Piece {
+    Point from, to, centre;
+    int motion, plane;
+    double distance(const Point& p) const {
+      if (motion < 2) {
+        const Point along = to - from;
+        const double u =
+            along.squaredNorm() > 0 ? std::clamp((p - from).dot(along) / along.squaredNorm(), 0.0, 1.0) : 0;
+        return (from + u * along - p).norm();
+      }
+      const Point normal = plane == 17 ? Point::UnitZ() : plane == 18 ? Point::UnitY() : Point::UnitX();
+      const double sense = motion == 3 ? 1.0 : -1.0;
+      const auto flat = [&](const Point& v) -> Point { return v - v.dot(normal) * normal; };
+      const auto angle_to = [&](const Point& v) {
+        const Point a = flat(from - centre), b = flat(v - centre);
+        double angle = sense * std::atan2(normal.dot(a.cross(b)), a.dot(b));
+        return angle < 1e-12 ? angle + 2.0 * std::numbers::pi : angle;
+      };
+      const double whole = angle_to(to), angle = angle_to(p);
+      if (angle > whole) return std::min((p - from).norm(), (p - to).norm());
+      const double rise = (to - from).dot(normal) * angle / whole;
+      return std::hypot(flat(p - centre).norm() - flat(from - centre).norm(), (p - from).dot(normal) - rise);
+    }
+  };
+  std::vector<Piece> pieces_;
+};
+
+// At the reference temperature nothing is displaced: the same bytes, whatever the program has.
+TEST_F(NcRewrite, ZeroOffsetKeepsEveryByte) {
+  const std::string text =
+      "%\r\nN1 g21 G90 (start)\r\n o10 sub\nG91 G1 X 1.50 F100\nG90\no10 endsub\n#1 = 3\nG0 X#1 Y[1+1]\no10 call\n"
+      "G81 X5 Y5 Z40 R45 F200\nG80\n/ G1 X 1\n; end\nM2\n%";
+  for (const char* how : {"path", "shift"}) {
+    run(text, "zero", {"--rewrite", how, "--start-C", "20"});
+    EXPECT_EQ(corrected("zero"), text) << how;
+  }
+}
+
+// The wanted path is sampled ten times a block by a program that names these points: position plus offset there.
+TEST_F(NcRewrite, PathIsWithinToleranceTenTimesABlock) {
+  const std::string head = "G21 G90 F2000\n";
+  std::string whole = head, fine = head;
+  const auto add_line = [&](const Point& from, const Point& to) {
+    whole += fmt::format("N{} G1 X{:.4f} Y{:.4f} Z{:.4f} (line)\n", 10 * Path(whole).pieces(), to.x(), to.y(), to.z());
+    for (int k = 1; k <= 10; ++k) {
+      const Point p = from + 0.1 * k * (to - from);
+      fine += fmt::format("G1 X{:.6f} Y{:.6f} Z{:.6f}\n", p.x(), p.y(), p.z());
+    }
+  };
+  const auto add_arc = [&](int plane, const Point& from, double radius, double start, double sweep) {
+    const std::array<Eigen::Index, 2> axes = plane == 17   ? std::array<Eigen::Index, 2>{0, 1}
+                                             : plane == 18 ? std::array<Eigen::Index, 2>{2, 0}
+                                                           : std::array<Eigen::Index, 2>{1, 2};
+    Point centre = from;
+    centre[axes[0]] -= radius * std::cos(start);
+    centre[axes[1]] -= radius * std::sin(start);
+    const auto at = [&](double share) {
+      Point p = from;
+      p[axes[0]] = centre[axes[0]] + radius * std::cos(start + share * sweep);
+      p[axes[1]] = centre[axes[1]] + radius * std::sin(start + share * sweep);
+      return p;
+    };
+    const Point c = centre - from;
+    const Point to = at(1.0);
+    const char* word = sweep > 0 ? "G3" : "G2";
+    const std::string ijk = plane == 17   ? fmt::format("I{:.6f} J{:.6f}", c.x(), c.y())
+                            : plane == 18 ? fmt::format("I{:.6f} K{:.6f}", c.x(), c.z())
+                                          : fmt::format("J{:.6f} K{:.6f}", c.y(), c.z());
+    whole += fmt::format("G{} {} X{:.6f} Y{:.6f} Z{:.6f} {}\n", plane, word, to.x(), to.y(), to.z(), ijk);
+    for (int k = 1; k <= 10; ++k) {
+      const Point p = at(0.1 * k);
+      fine += fmt::format("G1 X{:.6f} Y{:.6f} Z{:.6f}\n", p.x(), p.y(), p.z());
+    }
+  };
+  const double pi = std::numbers::pi;
+  add_line({0, 0, 50}, {110, 35, 90});
+  add_line({110, 35, 90}, {-110, -30, 20});
+  add_line({-110, -30, 20}, {30, 0, 50});
+  add_arc(17, {30, 0, 50}, 30, 0, 1.5 * pi);
+  add_arc(17, {0, -30, 50}, 30, 1.5 * pi, -2.0 * pi);
+  add_arc(18, {0, -30, 50}, 40, 0.5 * pi, -0.7);
+  const double x = -40 + 40 * std::sin(0.5 * pi - 0.7), z = 50 + 40 * std::cos(0.5 * pi - 0.7);
+  add_arc(19, {x, -30, z}, 20, pi, 2.0);
+  whole += "M2\n";
+  fine += "M2\n";
+  for (const double tolerance : {0.3, 5.0}) {
+    const json summary =
+        run(whole, "whole", {"--rewrite", "path", "--start-C", "30", "--tolerance", fmt::format("{}", tolerance)});
+    run(fine, "fine", {"--start-C", "30"});
+    const core::Table wanted = blocks("fine");
+    ASSERT_EQ(wanted.rows(), 70);
+    const Path path(corrected("whole")), before(whole);
+    double worst = 0.0, uncorrected = 0.0;
+    for (Eigen::Index i = 0; i < wanted.rows(); ++i) {
+      const Point point = position(wanted, i) + offset_mm(wanted, i);
+      worst = std::max(worst, 1e3 * path.distance(point));
+      uncorrected = std::max(uncorrected, 1e3 * before.distance(point));
+    }
+    EXPECT_LE(worst, tolerance + 0.2) << corrected("whole");
+    EXPECT_GT(uncorrected, 5.0);
+    if (tolerance < 1.0) EXPECT_GT(summary["rewrite"]["split"], 0) << "the offset does not bend enough to show splits";
+  }
+  EXPECT_NE(corrected("whole").find("G19 G3 X"), std::string::npos) << "arcs stay arcs";
+}
+
+TEST_F(NcRewrite, TextOfALineStays) {
+  run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nM9 (off)\nM5\nM2\n",
+      "text", {"--rewrite", "path", "--start-C", "24", "--tolerance", "50"});
+  std::istringstream lines(corrected("text"));
+  std::vector<std::string> text;
+  for (std::string line; std::getline(lines, line);) text.push_back(line);
+  ASSERT_EQ(text.size(), 7U);
+  EXPECT_EQ(text[0], "G21 G90 (start)");
+  EXPECT_TRUE(text[1].starts_with("N10 G0 X") && text[1].ends_with(" S500 M3 (to the part)")) << text[1];
+  EXPECT_TRUE(text[2].starts_with("N20 G1 Z") && text[2].ends_with(" F120 ; down")) << text[2];
+  EXPECT_EQ(text[4] + text[5] + text[6], "M9 (off)M5M2");
+}
+
+// Loops, subprograms, parameters, incremental words and a drilling cycle are written out.
+TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
+  const std::string text =
+      "G21 G90\no1 sub\nG91 G1 X2 F500\nY1\nG90\no1 endsub\n#1 = 0\nG0 X-60 Y-20 Z60\no2 while [#1 lt 4]\nG1 Z[60 - "
+      "#1] "
+      "F[300 + #1]\no1 call\n#1 = [#1 + 1]\no2 endwhile\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG0 Z70\nM2\n";
+  run(text, "loops", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
+  run(corrected("loops"), "again", {"--start-C", "26"});
+  expect_displaced("loops", "again", 1.2e-4);
+  EXPECT_EQ(corrected("loops").find("o1"), std::string::npos);
+}
+
+TEST_F(NcRewrite, InchesRotationAndWorkOffsetsAreRespected) {
+  toy.write("control.toml",
+            "schema = 1\n[[work_offset]]\nnumber = 2\nX_mm = 10\nY_mm = -5\nZ_mm = 20\nrotation_deg = 30\n");
+  const std::vector<std::string> how = {"--control", toy.file("control.toml"), "--start-C", "26"};
+  std::vector<std::string> rewrite = how;
+  rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
+  const std::string text =
+      "G20 G90 G55 F20\nG0 X1 Y0.5 Z1\nG1 X1.2\nG3 X0.8 Y0.7 I-0.2 J0.1\nG91 G1 X-0.3 Y0.2\nZ-0.1\nM2\n";
+  run(text.substr(0, text.find("G3")) + "G3 X0.8 Y0.5 I-0.2 J0\nG91 G1 X-0.3 Y0.2\nZ-0.1\nM2\n", "inch", rewrite);
+  run(corrected("inch"), "again", how);
+  expect_displaced("inch", "again", 2e-4);
+}
+
+// Under tool centre point control the axes end at their positions plus offsets, with the table tilted and turned.
+TEST_F(NcRewrite, ToolCentrePointControlIsRespected) {
+  toy.write("control.toml",
+            "schema = 1\n[[word]]\nword = \"M428\"\naction = \"tcp_on\"\n[[word]]\nword = \"M429\"\naction = "
+            "\"tcp_off\"\n[[tool]]\nnumber = 1\nlength_mm = 45\n");
+  const std::vector<std::string> how = {"--control", toy.file("control.toml"), "--start-C", "26"};
+  std::vector<std::string> rewrite = how;
+  rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
+  const std::string text =
+      "G21 G90 F2000\nT1 M6\nG43 H1\nM428\nG0 X20 Y5 Z20\nG1 X30 B20 C30\nX10 Y-10 B40 C80\nG2 X-10 Y-10 I-10 J0\nG1 "
+      "C-30\nM429\nM2\n";
+  run(text, "boat", rewrite);
+  run(corrected("boat"), "again", how);
+  expect_displaced("boat", "again", 1.5e-4);
+}
+
+TEST_F(NcRewrite, ShiftUpdatesTheWorkOffsetAtRetracts) {
+  const std::string text =
+      "G21 G90 G54 (two pockets)\nG0 X-80 Y-30\nG1 Z20 F500\nX-60\nG0 Z90\nX100 Y30\nG1 Z70\nX110\nG0 Z95\nM2\n";
+  const json summary = run(text, "shift", {"--rewrite", "shift", "--start-C", "28"});
+  const std::string out = corrected("shift");
+  std::string without;
+  std::istringstream lines(out);
+  int updates = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("G10 L2 P1 X"))
+      ++updates;
+    else
+      without += line + "\n";
+  }
+  EXPECT_EQ(without, text);
+  EXPECT_EQ(updates, 2) << out;
+  EXPECT_LT(out.find("Z90"), out.rfind("G10 L2"));
+  run(out, "again", {"--start-C", "28"});
+  const core::Table a = blocks("shift"), b = blocks("again");
+  ASSERT_EQ(a.rows(), b.rows());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    if (a.column("rapid")[i] != 0) continue;
+    EXPECT_LT((position(b, i) - position(a, i) - offset_mm(a, i)).cwiseAbs().maxCoeff() * 1e3,
+              summary["rewrite"]["largest_deviation_um"].get<double>() + 0.1)
+        << i;
+    EXPECT_GT(offset_mm(a, i).norm(), 2e-3);
+  }
+}
+
+TEST_F(NcRewrite, RefusesWhatItWouldGetWrong) {
+  const auto refused = [&](const std::string& text, const std::string& how, const std::vector<std::string>& says) {
+    toy.write("part.ngc", text);
+    const Result result = toy.run(
+        {"nc", (toy_run() / "model.rom.h5").string(), toy.file("part.ngc"), "--rewrite", how, "--start-C", "26"});
+    EXPECT_EQ(result.status, 3) << text << result.out;
+    for (const std::string& words : says) EXPECT_SAYS(result.err, words);
+    EXPECT_FALSE(std::filesystem::exists(toy.result("part.corrected.ngc")));
+  };
+  refused("G21\nG0 X5\nG92 X0\nG1 X1 F100\nM2\n", "path", {"part.ngc:3", "G92"});
+  refused("G21\nG0 X5\nG10 L2 P1 X3\nG1 X1 F100\nM2\n", "shift", {"part.ngc:3", "G10"});
+  refused("G21 G90\nG0 X120\nM2\n", "path", {"part.ngc:2", "axis X at 120.", "with its offset"});
+  const Result machine = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--rewrite", "path"});
+  EXPECT_EQ(machine.status, 2);
+  EXPECT_SAYS(machine.err, "reduced model");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

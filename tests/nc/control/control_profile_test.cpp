@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/control/control_profile.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/key_reference.h"
+#include "nc/control/control_keys.h"
+#include "tests/core/temporary_folder.h"
+
+namespace thermotwin::nc {
+namespace {
+
+mesh::Machine machine() {
+  mesh::Machine machine;
+  machine.axes.push_back({"X", mesh::AxisKind::linear, Eigen::Vector3d::UnitX()});
+  machine.axes.push_back({"C", mesh::AxisKind::rotary, Eigen::Vector3d::UnitZ()});
+  machine.axes[0].rapid = 0.5;
+  return machine;
+}
+
+TEST(ControlProfile, ReferencePageIsThatOfTheReader) {
+  const std::string text =
+      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
+      "ControlProfile.ReferencePageIsThatOfTheReader writes it. -->\n" +
+      core::key_reference(control_keys());
+  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
+    core::write_file(std::filesystem::path(folder) / "control.md", text);
+  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/control.md"), text)
+      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/nc_tests --gtest_filter=ControlProfile.*";
+}
+
+TEST(ControlProfile, BuiltInOnesAreRead) {
+  const ControlProfile linuxcnc = ControlProfile::load("linuxcnc", machine());
+  EXPECT_EQ(linuxcnc.words.size(), 3U);
+  EXPECT_EQ(linuxcnc.axes[0].speed, 0.5);
+  EXPECT_EQ(linuxcnc.axes[0].acceleration, 3.0);
+  EXPECT_EQ(linuxcnc.moves, 2e7);
+  EXPECT_GT(ControlProfile::load("fanuc", machine()).words.size(), 10U);
+  EXPECT_THROW(ControlProfile::load("heidenhain", machine()), core::InputError);
+}
+
+TEST(ControlProfile, AxesToolsAndOffsetsAreInSi) {
+  const ControlProfile profile = ControlProfile::parse(
+      "schema = 1\nacceleration_m_s2 = 2\n[[axis]]\nid = \"C\"\nacceleration_deg_s2 = 180\nrapid_deg_min = 3600\n"
+      "[[tool]]\nnumber = 3\nlength_mm = 120\ndiameter_mm = 16\n[[work_offset]]\nnumber = 1\nX_mm = 5\nC_deg = 90\n",
+      "test", machine());
+  EXPECT_DOUBLE_EQ(profile.axes[0].acceleration, 2.0);
+  EXPECT_NEAR(profile.axes[1].acceleration, 3.14159265, 1e-8);
+  EXPECT_NEAR(profile.axes[1].speed, 1.04719755, 1e-8);
+  EXPECT_DOUBLE_EQ(profile.tools[0].offset[2], 0.12);
+  EXPECT_DOUBLE_EQ(profile.work_offsets[0].offset[0], 0.005);
+  EXPECT_NEAR(profile.work_offsets[0].offset[5], 1.57079633, 1e-8);
+  EXPECT_THROW(ControlProfile::parse("schema = 1\n[[axis]]\nid = \"Q\"\n", "test", machine()), core::InputError);
+  EXPECT_THROW(ControlProfile::parse("schema = 1\n[[word]]\nword = \"G1\"\naction = \"replace\"\n", "test", machine()),
+               core::InputError);
+  EXPECT_THROW(
+      ControlProfile::parse("schema = 1\n[[word]]\nword = \"G1\"\naction = \"skip\"\nsays = \"a)b\"\n", "t", machine()),
+      core::InputError);
+}
+
+TEST(ToolTable, HasTheWordsOfLinuxCnc) {
+  const core::TemporaryFolder folder;
+  core::write_file(folder / "t.tbl", "T1 P1 Z+12.5 D6 ;end mill\n\nT2 P2 X-1 Z3 I45 J-45 Q2\r\n");
+  const std::vector<Tool> tools = read_tool_table(folder / "t.tbl");
+  ASSERT_EQ(tools.size(), 2U);
+  EXPECT_DOUBLE_EQ(tools[0].offset[2], 0.0125);
+  EXPECT_DOUBLE_EQ(tools[0].diameter, 0.006);
+  EXPECT_DOUBLE_EQ(tools[1].offset[0], -0.001);
+  EXPECT_EQ(tools[1].orientation, 2);
+  core::write_file(folder / "t.tbl", "T1 P1 Zx\n");
+  EXPECT_THROW(read_tool_table(folder / "t.tbl"), core::InputError);
+}
+
+}  // namespace
+}  // namespace thermotwin::nc

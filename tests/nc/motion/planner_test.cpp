@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/motion/planner.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace thermotwin::nc {
+namespace {
+
+Positions at(double x, double y) {
+  Positions p(2);
+  p << x, y;
+  return p;
+}
+
+Element line(const Positions& from, const Positions& to, double speed) {
+  Element element = Element::line(from, to);
+  element.length = (to - from).norm();
+  element.speed = speed;
+  element.last = true;
+  return element;
+}
+
+std::vector<Timed> plan(const std::vector<Element>& elements, int look_ahead) {
+  std::vector<Timed> timed;
+  Planner planner({{1.0, 2.0}, {1.0, 2.0}}, 2e-5, look_ahead, [&](const Timed& one) { timed.push_back(one); });
+  for (const Element& element : elements) planner.push(element);
+  planner.finish();
+  return timed;
+}
+
+// A random zigzag: speeds are continuous, no limit is broken, every element is covered, whatever the look-ahead.
+TEST(Planner, SpeedsAreContinuousAndWithinTheLimits) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> step(-0.01, 0.01);
+  std::vector<Element> elements;
+  Positions from = at(0, 0);
+  for (int i = 0; i < 400; ++i) {
+    const Positions to = from + at(step(random), step(random));
+    elements.push_back(line(from, to, 0.1));
+    from = to;
+  }
+  double shortest = 0.0;
+  for (const int look_ahead : {1000, 20, 1}) {
+    const std::vector<Timed> timed = plan(elements, look_ahead);
+    ASSERT_EQ(timed.size(), elements.size());
+    EXPECT_EQ(timed.front().v0, 0.0);
+    EXPECT_EQ(timed.back().v1, 0.0);
+    double time = 0.0;
+    for (std::size_t i = 0; i < timed.size(); ++i) {
+      const Timed& one = timed[i];
+      EXPECT_NEAR(one.start, time, 1e-9);
+      time += one.duration();
+      if (i > 0) EXPECT_DOUBLE_EQ(one.v0, timed[i - 1].v1);
+      EXPECT_LE(one.cruise, 0.1 + 1e-12);
+      const Positions speed = one.element.slope / one.element.length;
+      for (const double axis : speed) {
+        EXPECT_LE(std::abs(axis) * one.cruise, 1.0 + 1e-9);
+        if (one.t_up > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v0) / one.t_up, 2.0 + 1e-9);
+        if (one.t_down > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v1) / one.t_down, 2.0 + 1e-9);
+      }
+      const double covered =
+          0.5 * (one.v0 + one.cruise) * one.t_up + one.cruise * one.t_cruise + 0.5 * (one.cruise + one.v1) * one.t_down;
+      EXPECT_NEAR(covered, one.element.length, 1e-9);
+      EXPECT_NEAR(one.share_at(one.duration() * 0.999999), 1.0, 1e-4);
+    }
+    EXPECT_GE(time, shortest) << "less look-ahead is never faster";
+    shortest = time;
+  }
+}
+
+TEST(Planner, PausesStopTheAxes) {
+  Element pause = Element::line(at(0.1, 0), at(0.1, 0));
+  pause.pause = 3.0;
+  const std::vector<Timed> timed =
+      plan({line(at(0, 0), at(0.1, 0), 0.1), pause, line(at(0.1, 0), at(0.2, 0), 0.1)}, 10);
+  EXPECT_EQ(timed[0].v1, 0.0);
+  EXPECT_EQ(timed[2].v0, 0.0);
+  EXPECT_NEAR(timed[2].start, 1.0 + 0.05 + 3.0, 1e-12);
+}
+
+// Collinear pieces are as fast as the whole.
+TEST(Planner, PiecesOfALineTakeTheTimeOfTheLine) {
+  std::vector<Element> pieces;
+  for (int i = 0; i < 50; ++i) pieces.push_back(line(at(0.002 * i, 0), at(0.002 * (i + 1), 0), 0.1));
+  const std::vector<Timed> timed = plan(pieces, 100);
+  EXPECT_NEAR(timed.back().start + timed.back().duration(), 1.0 + 0.05, 1e-9);
+}
+
+TEST(Element, SweepOfAnArcIsItsTravelAndRange) {
+  // Three quarters of a circle of radius 2 about the origin from (2, 0), with a feed of the first axis by 1.
+  Element arc = Element::line(at(0, 0), at(0, 0));
+  arc.first = at(1, 0);
+  arc.second = at(0, 1);
+  arc.r0 = arc.r1 = 2;
+  arc.angle = 1.5 * 3.14159265358979323846;
+  Positions travel = at(0, 0), low = at(9, 9), high = at(-9, -9);
+  arc.sweep(0, 1, travel, low, high);
+  EXPECT_NEAR(travel[0], 6.0, 1e-12);
+  EXPECT_NEAR(travel[1], 6.0, 1e-12);
+  EXPECT_NEAR(low[0], -2.0, 1e-12);
+  EXPECT_NEAR(high[1], 2.0, 1e-12);
+  // In parts it is the same.
+  Positions parts = at(0, 0);
+  for (int i = 0; i < 7; ++i) arc.sweep(i / 7.0, (i + 1) / 7.0, parts, low, high);
+  EXPECT_NEAR(parts[0], 6.0, 1e-12);
+  EXPECT_NEAR(parts[1], 6.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace thermotwin::nc

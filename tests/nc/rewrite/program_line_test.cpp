@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/rewrite/program_line.h"
+
+#include <gtest/gtest.h>
+
+namespace thermotwin::nc {
+namespace {
+
+ProgramLine parsed(const std::string& text) { return ProgramLine::parse(text, "\n"); }
+
+TEST(ProgramLine, FindsWordsAndLeavesTheRest) {
+  ProgramLine line = parsed("N10 G1 x-1.5 (to X5) Y [#2 + 1] F200 ; Z9");
+  ASSERT_EQ(line.words.size(), 5U);
+  EXPECT_EQ(line.find('X')->value, -1.5);
+  EXPECT_TRUE(line.find('Y')->expression);
+  EXPECT_EQ(line.find('Z'), nullptr);
+  line.set('X', "-1.4998", "XYZ");
+  line.set('Z', "0.0002", "XYZ");
+  EXPECT_EQ(line.text, "N10 G1 x-1.4998 (to X5) Y [#2 + 1] Z0.0002 F200 ; Z9");
+}
+
+TEST(ProgramLine, KnowsControlFlowParametersAndOddSpelling) {
+  EXPECT_TRUE(parsed("o100 while [#1 lt 5]").control);
+  EXPECT_TRUE(parsed("#1 = 5").assigns);
+  EXPECT_FALSE(parsed("G1 X#1").assigns);
+  EXPECT_TRUE(parsed("G1 X#<depth of cut> Y1").find('X')->expression);
+  EXPECT_EQ(parsed("G1 X#<depth of cut> Y1").find('Y')->value, 1.0);
+  EXPECT_EQ(parsed("G 1 X - 1 . 5").find('X')->value, -1.5);
+  EXPECT_EQ(parsed("g01x+2y.5").find('Y')->value, 0.5);
+  EXPECT_TRUE(parsed("X-[1+[2*3]] Y2").find('X')->expression);
+  EXPECT_EQ(parsed("X-[1+[2*3]] Y2").find('Y')->value, 2.0);
+  EXPECT_TRUE(parsed("Xsin[30] Y2").find('X')->expression);
+}
+
+TEST(ProgramLine, RemovesWordsAndKeepsEnds) {
+  ProgramLine line = parsed("N5 G81 X1 Z-2 R3 F100 (drill)");
+  line.remove({{'G', 81}, {'X', 1}, {'Z', -2}, {'R', 3}});
+  EXPECT_EQ(line.text, "N5     F100 (drill)");
+  const std::vector<ProgramLine> lines = program_lines("G0\r\n\nG1 X1");
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].end, "\r\n");
+  EXPECT_EQ(lines[2].end, "");
+}
+
+TEST(ProgramLine, NumbersAreShort) {
+  EXPECT_EQ(nc_number(1.50004, 4), "1.5");
+  EXPECT_EQ(nc_number(-0.00002, 4), "0.0");
+  EXPECT_EQ(nc_number(12.0, 4), "12.0");
+  EXPECT_EQ(nc_number(-3.12345, 4), "-3.1235");
+}
+
+}  // namespace
+}  // namespace thermotwin::nc

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/nc/nc.h"
+
+#include "tools/command_line/common.h"
+#include "tools/command_line/verbs.h"
+
+namespace thermotwin::tools {
+
+void add_nc(CLI::App& app) {
+  const auto options = std::make_shared<NcOptions>();
+  NcOptions& nc = *options;
+  CLI::App* verb =
+      add_verb(app, "nc", "Time, loads and TCP error along an NC program, and the corrected program.",
+               "thermotwin nc out/model.rom.h5 part.ngc --control linuxcnc --out out", options, &tools::nc);
+  verb->add_option("model", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
+      ->required();
+  verb->add_option("program", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
+  verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc or a TOML file.")->capture_default_str();
+  verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
+  verb->add_option("--folder", nc.folder, "Folder of subprograms (default: that of the program).");
+  verb->add_option("--start", nc.start, "Positions before the program, such as X=0,Y=0,Z=100 (default: home).");
+  verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
+      ->capture_default_str();
+  verb->add_option("--row-s", nc.row_s, "Length of the rows, s.")->capture_default_str();
+  verb->add_option("--rewrite", nc.rewrite,
+                   "path: corrected coordinates; shift: updates of the work offset at retracted moves.")
+      ->check(CLI::IsMember({"path", "shift"}));
+  verb->add_option("--tolerance", nc.tolerance_um, "Tolerance of the rewritten path, um.")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->add_option("--repeat", nc.repeat, "Parts one after the other; the rewritten program is that of the last one.")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  verb->add_option("--pause", nc.pause_s, "Pause between two parts, s.")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  verb->add_flag("--no-blocks", nc.no_blocks, "Leave out blocks.csv, a row for each move.");
+}
+
+}  // namespace thermotwin::tools
