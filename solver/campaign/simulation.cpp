@@ -23,6 +23,7 @@ namespace {
 
 /// What drives one load: its program, its chillers, what they and the machine are told.
 struct Drive {
+  const OperatingModel* model;
   const LoadProgram* program;
   std::optional<Chiller> chiller;
   VectorXd row;
@@ -33,20 +34,20 @@ struct Drive {
 /// start and end, so that the scheme stays of second order.
 class FollowingStep {
 public:
-  FollowingStep(ThermalStepper& stepper, const OperatingModel& model, std::vector<Drive>& drives,
-                const VectorXd& offsets)
+  FollowingStep(ThermalStepper& stepper, std::vector<Drive>& drives, const Eigen::MatrixXd& offsets)
       : stepper_(stepper),
-        model_(model),
         drives_(drives),
         offsets_(offsets),
         returns_(std::any_of(drives.begin(), drives.end(),
-                             [](const Drive& drive) { return drive.chiller->follows_return(); })) {}
+                             [](const Drive& drive) { return drive.chiller->follows_return(); })),
+        follows_(std::any_of(drives.begin(), drives.end(),
+                             [](const Drive& drive) { return drive.model->follows_temperature(); })) {}
 
-  bool needed() const { return returns_ || model_.follows_temperature() || stepper_.is_nonlinear(); }
+  bool needed() const { return returns_ || follows_ || stepper_.is_nonlinear(); }
 
   void advance(Eigen::MatrixXd& state, Eigen::MatrixXd& readings, double step, std::vector<Coefficients>& c,
                RunSummary& summary) {
-    const Index observed = std::ssize(model_.layout().observed);
+    const Index observed = std::ssize(stepper_.layout().observed);
     const bool fresh = slope_.cols() != readings.cols();
     Eigen::MatrixXd expected = fresh ? readings : Eigen::MatrixXd(readings + step * slope_), found;
     Eigen::MatrixXd end = state, next;
@@ -57,15 +58,15 @@ public:
       for (std::size_t l = 0; l < drives_.size(); ++l) {
         Drive& drive = drives_[l];
         drive.chiller = before[l].chiller;
-        Chiller::Readings over{readings.col(l), {}, {}, model_.guide_K(drive.row), {}};
+        Chiller::Readings over{readings.col(l), {}, {}, drive.model->guide_K(drive.row), {}};
         if (returns_) over.slope = (expected.col(l) - readings.col(l)) / step;
         const VectorXd middle = 0.5 * (readings.col(l) + expected.col(l));
-        model_.coefficients(drive.row, drive.chiller->advance(drive.row, over, step), middle, c[l]);
+        drive.model->coefficients(drive.row, drive.chiller->advance(drive.row, over, step), middle, c[l]);
       }
       if (stepper_.is_nonlinear()) stepper_.linearise(state, end, c);
       next = state;
       stepper_.advance(next, c, step);
-      found = stepper_.sensors(next).colwise() + offsets_;
+      found = stepper_.sensors(next) + offsets_;
       change = observed > 0 ? (found - expected).bottomRows(observed).cwiseAbs().maxCoeff() : 0.0;
       if (returns_) change = std::max(change, (found - expected).cwiseAbs().maxCoeff());
       if (stepper_.is_nonlinear()) change = std::max(change, (next - end).cwiseAbs().maxCoeff());
@@ -92,10 +93,9 @@ public:
 
 private:
   ThermalStepper& stepper_;
-  const OperatingModel& model_;
   std::vector<Drive>& drives_;
-  const VectorXd& offsets_;
-  const bool returns_;
+  const Eigen::MatrixXd& offsets_;
+  const bool returns_, follows_;
   Eigen::MatrixXd slope_, state_slope_;  // of the last step, K/s
 };
 
@@ -118,20 +118,21 @@ void require_equal_grids(const std::vector<const LoadProgram*>& programs, double
 /// A block of loads on its way through time, one load a column.
 class BlockRun {
 public:
-  BlockRun(ThermalStepper& stepper, const OperatingModel& model, const std::vector<const LoadProgram*>& programs,
-           const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output)
+  BlockRun(ThermalStepper& stepper, const std::vector<const OperatingModel*>& models,
+           const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
+           const std::function<void(const OutputState&)>& on_output)
       : stepper_(stepper),
-        model_(model),
+        models_(models),
         programs_(programs),
         options_(options),
         on_output_(on_output),
         ends_(programs.front()->step_ends(options.refine)),
         outputs_(programs.front()->output_times()),
-        offsets_(sensor_offsets(model.machine(), stepper.layout())),
+        offsets_(offsets()),
         state_(start()),
         readings_(read(state_)),
         drives_(drives_at_start()),
-        following_(stepper, model, drives_, offsets_),
+        following_(stepper, drives_, offsets_),
         coefficients_(drives_.size()) {}
 
   RunSummary run() {
@@ -143,7 +144,10 @@ public:
       const double time = i > 0 ? ends_[i - 1] : 0.0, end = ends_[i];
       count(end - time);
       if (i < done_) continue;
-      for (Drive& drive : drives_) drive.row = drive.program->row(time, end);
+      for (std::size_t l = 0; l < drives_.size(); ++l) {
+        const bool as_before = l > 0 && programs_[l] == programs_[l - 1];
+        drives_[l].row = as_before ? drives_[l - 1].row : programs_[l]->row(time, end);
+      }
       step(end - time);
       done_ = i + 1;
       report(end);
@@ -153,14 +157,22 @@ public:
   }
 
 private:
-  Eigen::MatrixXd read(const Eigen::MatrixXd& of) const { return stepper_.sensors(of).colwise() + offsets_; }
+  Eigen::MatrixXd read(const Eigen::MatrixXd& of) const { return stepper_.sensors(of) + offsets_; }
+
+  Eigen::MatrixXd offsets() const {
+    Eigen::MatrixXd of_loads(std::ssize(models_.front()->machine().sensors) + std::ssize(stepper_.layout().observed),
+                             std::ssize(models_));
+    for (Index l = 0; l < of_loads.cols(); ++l)
+      of_loads.col(l) = sensor_offsets(models_[l]->machine(), stepper_.layout());
+    return of_loads;
+  }
 
   Eigen::MatrixXd start() const {
     Eigen::MatrixXd state(stepper_.size(), std::ssize(programs_));
     for (Index l = 0; l < state.cols(); ++l) {
       state.col(l) = options_.start.size() > 0
                          ? options_.start
-                         : stepper_.uniform(programs_[l]->initial_C() - model_.machine().reference_C);
+                         : stepper_.uniform(programs_[l]->initial_C() - models_[l]->machine().reference_C);
     }
     return state;
   }
@@ -168,11 +180,12 @@ private:
   std::vector<Drive> drives_at_start() const {
     std::vector<Drive> drives;
     for (std::size_t l = 0; l < programs_.size(); ++l) {
-      Drive drive{programs_[l], std::nullopt, {}};
+      const OperatingModel& model = *models_[l];
+      Drive drive{&model, programs_[l], std::nullopt, {}};
       drive.row = drive.program->row(0.0, ends_.front());
       drive.chiller.emplace(
-          model_.machine(), stepper_.layout(), model_.channels(),
-          chiller_set_points(model_.machine(), stepper_.layout(), readings_.col(l), model_.guide_K(drive.row)));
+          model.machine(), stepper_.layout(), model.channels(),
+          chiller_set_points(model.machine(), stepper_.layout(), readings_.col(l), model.guide_K(drive.row)));
       drives.push_back(std::move(drive));
     }
     return drives;
@@ -208,8 +221,9 @@ private:
   void advance(double step) {
     for (std::size_t l = 0; l < drives_.size(); ++l) {
       Drive& drive = drives_[l];
-      const VectorXd& inlet = drive.chiller->advance(drive.row, readings_.col(l), model_.guide_K(drive.row), step);
-      model_.coefficients(drive.row, inlet, {}, coefficients_[l]);
+      const VectorXd guide = drive.model->guide_K(drive.row);
+      const VectorXd& inlet = drive.chiller->advance(drive.row, readings_.col(l), guide, step);
+      drive.model->coefficients(drive.row, inlet, {}, coefficients_[l]);
     }
     stepper_.advance(state_, coefficients_, step);
     readings_ = read(state_);
@@ -224,7 +238,7 @@ private:
 
   void report(double time) {
     if (next_output_ >= outputs_.size() || time < outputs_[next_output_] - 1e-9 * ends_.back()) return;
-    const Index sensors = std::ssize(model_.machine().sensors);
+    const Index sensors = std::ssize(models_.front()->machine().sensors);
     for (std::size_t l = 0; l < drives_.size(); ++l)
       on_output_({l, next_output_, time, state_.col(l), readings_.col(l).head(sensors), drives_[l].row});
     ++next_output_;
@@ -268,12 +282,12 @@ private:
   }
 
   ThermalStepper& stepper_;
-  const OperatingModel& model_;
+  const std::vector<const OperatingModel*>& models_;
   const std::vector<const LoadProgram*>& programs_;
   const SimulationOptions& options_;
   const std::function<void(const OutputState&)>& on_output_;
   const std::vector<double> ends_, outputs_;  // s
-  const VectorXd offsets_;
+  const Eigen::MatrixXd offsets_;  // (sensors + observed x loads) K
   Eigen::MatrixXd state_, readings_;
   std::vector<Drive> drives_;
   FollowingStep following_;
@@ -313,10 +327,20 @@ std::string RunSummary::brief() const {
 RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
                     const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
                     const std::function<void(const OutputState&)>& on_output) {
+  return simulate(stepper, std::vector<const OperatingModel*>(programs.size(), &model), programs, options, on_output);
+}
+
+RunSummary simulate(ThermalStepper& stepper, const std::vector<const OperatingModel*>& models,
+                    const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
+                    const std::function<void(const OutputState&)>& on_output) {
   options.validate();
+  if (models.size() != programs.size()) {
+    throw core::InputError("simulate", fmt::format("{} models of {} programs", models.size(), programs.size()),
+                           "one for each");
+  }
   if (programs.empty()) return {};
   require_equal_grids(programs, options.refine);
-  return BlockRun(stepper, model, programs, options, on_output).run();
+  return BlockRun(stepper, models, programs, options, on_output).run();
 }
 
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,
