@@ -66,13 +66,6 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
                     const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
                     const std::function<void(const OutputState&)>& on_output);
 
-/// The same with a model for each program: machines that differ in coefficients only, such as powers, films and
-/// contacts, share the stepper's matrices and factors.
-/// @param models  one per program, with the stepper's layout
-RunSummary simulate(ThermalStepper& stepper, const std::vector<const OperatingModel*>& models,
-                    const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
-                    const std::function<void(const OutputState&)>& on_output);
-
 /// @return the programs in blocks of equal time grids, in order; a program with error control is alone
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,
                                                                   double refine = 1.0);

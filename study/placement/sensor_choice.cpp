@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/progress.h"
 #include "core/range.h"
@@ -24,7 +25,7 @@ void ChoiceOptions::validate() const {
 SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::vector<UncertainParameter>& parameters,
                            const MatrixXd& places, const MatrixXd& tcp, const ChoiceOptions& options)
     : options_(options),
-      places_(places.rows()),
+      places_(options.choosable < 0 ? places.rows() : options.choosable),
       parameters_(std::ssize(parameters)) {
   options.validate();
   const double poses = static_cast<double>(tcp.rows()) / 3.0;
@@ -104,6 +105,23 @@ std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) 
     progress.advance();
   }
   return sensors;
+}
+
+std::vector<int> SensorChoice::chosen(int count) const {
+  const std::vector<int> first = exchanged(greedy(count));
+  std::vector<int> more = greedy(static_cast<int>(std::min<Index>(count + 3, places_)));
+  while (std::ssize(more) > count) {
+    std::size_t least = 0;
+    double left = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < more.size(); ++i) {
+      std::vector<int> rest = more;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+      if (const double without = criterion(rest); without < left) left = without, least = i;
+    }
+    more.erase(more.begin() + static_cast<std::ptrdiff_t>(least));
+  }
+  const std::vector<int> second = exchanged(std::move(more));
+  return criterion(second) < criterion(first) ? second : first;
 }
 
 std::vector<int> SensorChoice::exchanged(std::vector<int> sensors, int fixed) const {

@@ -7,6 +7,7 @@
 // The TCP's variance is tr(M(t) P(t)), M the mean over the poses of the squared translations per parameter. The
 // criterion is the root of its mean over all times and load programs, in um.
 //
+// A place that is best alone may be useless beside two others: three more are taken and the least valuable leave.
 // Greedy: the place that lowers the criterion most joins, one after another. Exchange: each sensor is replaced by the
 // place that lowers the criterion most, until no replacement does (Fedorov 1972).
 
@@ -23,6 +24,7 @@ struct ChoiceOptions {
   double bias_K = 0.1;    ///< of a sensor's constant bias: its calibration and the mesh's error beside it
   int exchanges = 3;      ///< passes over the sensors at most; 0: greedy alone
   bool any_loss = false;  ///< exchange for the criterion after the loss of the worst sensor
+  Eigen::Index choosable = -1;  ///< only the first places may be chosen; -1: all
   void validate() const;  ///< @throws InputError
 };
 
@@ -40,10 +42,10 @@ public:
 
   /// @param count  of sensors  @param taken  places to begin with, which stay
   std::vector<int> greedy(int count, const std::vector<int>& taken = {}) const;
+  /// The best of two starts after exchanges: greedy, and greedy with three more of which the least valuable leave.
+  std::vector<int> chosen(int count) const;
   /// @param fixed  how many of the first stay
   std::vector<int> exchanged(std::vector<int> sensors, int fixed = 0) const;
-
-  Eigen::Index places() const { return places_; }
 
 private:
   double criterion(const std::vector<int>& sensors) const;
@@ -55,7 +57,7 @@ private:
   };
   std::vector<Time> times_;
   ChoiceOptions options_;
-  Eigen::Index places_ = 0, parameters_ = 0;
+  Eigen::Index places_ = 0, parameters_ = 0;  // places that may be chosen
 };
 
 }  // namespace thermotwin::study

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "diagnosis/causes/kinds.h"
+#include "mesh/machine_mesh.h"
 #include "study/plan/items.h"
 #include "study/plan/plan_keys.h"
 

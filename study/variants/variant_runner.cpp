@@ -14,7 +14,7 @@
 #include "solver/campaign/adaptive_simulation.h"
 #include "solver/campaign/checkpoint.h"
 #include "solver/campaign/recorder.h"
-#include "solver/campaign/simulation.h"
+#include "solver/campaign/simulation_block.h"
 #include "solver/linear/available_memory.h"
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/integrator.h"
@@ -137,8 +137,8 @@ std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
   integrating.recycled = options_.recycled;
   solver::ThermalIntegrator integrator(thermal, integrating);
   const solver::RunSummary summary =
-      solver::simulate(integrator, models, std::vector<const solver::LoadProgram*>(models.size(), &program), simulation,
-                       [&](const solver::OutputState& out) { recorder.add(out); });
+      solver::simulate_block(integrator, models, std::vector<const solver::LoadProgram*>(models.size(), &program),
+                             simulation, [&](const solver::OutputState& out) { recorder.add(out); });
   core::log_line(fmt::format("unit {}: {} variants of '{}', {} steps, {} iterations, {} factorisations", unit.id,
                              unit.variants.size(), unit.load, summary.steps, integrator.statistics().iterations,
                              integrator.statistics().factorisations));

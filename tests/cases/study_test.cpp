@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `study variants` as a user meets it, on the toy: numbers against separate campaigns, known sensitivities, units that
+// `study` as a user meets it, on the toy: numbers against separate campaigns, known sensitivities, units that
 // are kept, and slips.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
+#include <fstream>
 #include <sstream>
 
 #include "core/table.h"
@@ -118,7 +120,6 @@ TEST_F(StudyVariants, AreThoseOfSeparateCampaigns) {
 
 TEST_F(StudyVariants, FindTheSensitivitiesOfALinearMachine) {
   // The error is linear in the powers: one at a time tells what each is worth.
-  const char* const sources[] = {"spindle.bearings", "X.screw"};
   std::string one_at_a_time, drawn = "samples = 40\nseed = 3\n";
   const std::string machine = read(toy_.file("machine.toml"));
   std::vector<std::string> ids;
@@ -126,7 +127,6 @@ TEST_F(StudyVariants, FindTheSensitivitiesOfALinearMachine) {
     const auto from = machine.find("id = \"", at) + 6;
     ids.push_back(machine.substr(from, machine.find('"', from) - from));
   }
-  (void)sources;
   ASSERT_GE(ids.size(), 3U);
   const double std_of[] = {0.10, 0.20, 0.05, 0.15};
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -355,6 +355,28 @@ TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
   EXPECT_SAYS(second.err, "writes here");
   first.send(SIGTERM);
   first.wait();
+}
+
+TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
+  const Toy toy;
+  toy.take_results();
+  const Result made = toy.run({"study", "sensors", toy.path(), "--spacing", "80", "--json", "--quiet", "--confirm", "1"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json summary = json::parse(made.out);
+  EXPECT_EQ(summary["chosen"]["sensors"], summary["own"]["sensors"]);
+  EXPECT_LT(summary["chosen"]["left_um"].get<double>(), summary["own"]["left_um"].get<double>());
+  EXPECT_LT(summary["own"]["left_um"].get<double>(), summary["without_um"].get<double>());
+  EXPECT_GE(summary["chosen"]["after_loss_um"].get<double>(), summary["chosen"]["left_um"].get<double>());
+  EXPECT_GT(summary["confirmed"]["chosen_um"][0].get<double>(), 0.0);
+  const core::Table curve = core::read_csv(toy.result("study/sensors/curve.csv"));
+  ASSERT_EQ(curve.rows(), summary["chosen"]["sensors"].get<int>());
+  for (Eigen::Index k = 1; k < curve.rows(); ++k) EXPECT_LE(curve.values(k, 1), curve.values(k - 1, 1) * (1 + 1e-9));
+  EXPECT_TRUE(fs::exists(toy.result("study/sensors/report.html")));
+  // No sensor sits on a table that turns without end, nor where a rule forbids it.
+  EXPECT_EQ(read(toy.result("study/sensors/sensors.toml")).find("body = \"table\""), std::string::npos);
+  const Result wrong = toy.run({"study", "sensors", toy.path(), "--without", "swivell", "--quiet"});
+  EXPECT_EQ(wrong.status, 3);
+  EXPECT_SAYS(wrong.err, "nearest: swivel");
 }
 
 }  // namespace

@@ -56,6 +56,42 @@ void add_variants(CLI::App& group) {
   add_solver_option(*verb, variants.solver);
 }
 
+void add_sensors(CLI::App& group) {
+  const auto options = std::make_shared<StudySensorsOptions>();
+  StudySensorsOptions& sensors = *options;
+  CLI::App* verb = add_verb(group, "sensors",
+                            "Chooses places for temperature sensors that leave the observer the least variance of the "
+                            "TCP error.",
+                            "thermotwin study sensors cases/vmc5 --count 9 --confirm 5", options, &study_sensors);
+  verb->add_option("CASE", sensors.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--count", sensors.count, "Number of sensors (default: as many as the case has).")
+      ->check(CLI::Range(1, 200));
+  verb->add_option("--load", sensors.loads, "Load programs that count (default: holdout of the case).");
+  verb->add_option("--body", sensors.bodies, "Bodies that may have sensors (default: all elastic ones).");
+  verb->add_option("--without", sensors.without, "Bodies and surfaces that no sensor may be on.");
+  verb->add_flag("--on-contacts", sensors.on_contacts, "Allow places on surfaces of joints.");
+  verb->add_flag("--on-rotating", sensors.on_rotating, "Allow places on bodies that an endless axis carries.");
+  verb->add_option("--spacing", sensors.spacing_mm, "Least distance between two places, mm.")
+      ->check(CLI::Range(1.0, 10000.0))
+      ->capture_default_str();
+  verb->add_option("--noise", sensors.noise_K, "Standard deviation of a reading, K.")
+      ->check(CLI::Range(1e-6, 100.0))
+      ->capture_default_str();
+  verb->add_option("--bias", sensors.bias_K, "Standard deviation of a sensor's constant error, K.")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  verb->add_option("--every", sensors.every_min, "Time between two corrections, min.")
+      ->check(CLI::Range(0.1, 1440.0))
+      ->capture_default_str();
+  verb->add_option("--exchanges", sensors.exchanges, "Passes that replace single sensors, at most.")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  verb->add_flag("--any-loss", sensors.any_loss, "Choose for what is left after the loss of the worst sensor.");
+  verb->add_option("--confirm", sensors.confirm,
+                   "Compensate so many machines that are measured virtually, with these sensors and with the case's.")
+      ->check(CLI::Range(1, 1000));
+}
+
 }  // namespace
 
 void add_study(CLI::App& app) {
@@ -65,6 +101,7 @@ void add_study(CLI::App& app) {
       "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
       "options.");
   add_variants(*group);
+  add_sensors(*group);
 }
 
 }  // namespace thermotwin::tools

@@ -22,6 +22,17 @@ struct StudyVariantsOptions : CommonOptions {
   double checkpoint_every_s = 60;
 };
 
+struct StudySensorsOptions : CommonOptions {
+  std::filesystem::path case_path;
+  std::vector<std::string> loads, bodies, without;
+  int count = 0;  ///< 0: as many as the case has
+  double spacing_mm = 60, noise_K = 0.05, bias_K = 0.1, every_min = 20;
+  int exchanges = 3;
+  bool any_loss = false, on_contacts = false, on_rotating = false;
+  int confirm = 0;  ///< machines measured virtually
+};
+
 void study_variants(const StudyVariantsOptions& options);
+void study_sensors(const StudySensorsOptions& options);
 
 }  // namespace thermotwin::tools

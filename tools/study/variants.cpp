@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -31,7 +32,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using Options = StudyVariantsOptions;
 
 constexpr std::size_t most_tasks = 200, most_variants = 100000;
 
@@ -66,7 +66,7 @@ std::string words_of(const study::Unit& unit, const study::StudyPlan& plan, cons
 }
 
 /// Computes the units of the part. One that cannot be computed is named; the others go on.
-Work compute(const Options& options, const study::StudyPlan& plan, const study::Design& design,
+Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, const study::Design& design,
              const std::vector<study::Unit>& units, const study::RunnerOptions& how) {
   const Part part = part_of(options.part);
   study::VariantRunner runner(plan, design, how);
@@ -79,7 +79,7 @@ Work compute(const Options& options, const study::StudyPlan& plan, const study::
     const auto known = hopeless.find(unit.matrices);
     try {
       if (known == hopeless.end()) ++(runner.run(unit) ? work.computed : work.kept);
-    } catch (const mesh::MeshError& error) {
+    } catch (const core::MeshError& error) {
       hopeless[unit.matrices] = error.what();
     } catch (const core::SolverError& error) {
       hopeless[unit.matrices] = error.what();
@@ -96,7 +96,7 @@ Work compute(const Options& options, const study::StudyPlan& plan, const study::
   return work;
 }
 
-void write_scripts(const Options& options, const std::vector<study::Unit>& units, const fs::path& study) {
+void write_scripts(const StudyVariantsOptions& options, const std::vector<study::Unit>& units, const fs::path& study) {
   study::SlurmJob job;
   job.name = options.plan.stem().string();
   job.program = fs::read_symlink("/proc/self/exe").string();
@@ -167,7 +167,7 @@ std::string table_of(const study::VariantStudy& results) {
 }
 
 /// Of a reduced model: the one asked for, that of an earlier verb, or a new one.
-reduction::ReducedModel reduced_model(Options& options, const study::StudyPlan& plan) {
+reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study::StudyPlan& plan) {
   if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
   if (options.model.empty() && (options.slurm || options.gather || !options.part.empty()))
     throw core::UsageError("--reduced on several hosts needs --model, or model.rom.h5 in --out");
@@ -183,7 +183,7 @@ reduction::ReducedModel reduced_model(Options& options, const study::StudyPlan& 
 
 void study_variants(const StudyVariantsOptions& given) {
   const Stopwatch time;
-  Options options = given;
+  StudyVariantsOptions options = given;
   part_of(options.part);
   const study::StudyPlan plan = study::read_variant_plan(options.plan);
   const study::Design design = study::make_design(plan);
