@@ -286,7 +286,7 @@ private:
   const SimulationOptions& options_;
   const std::function<void(const OutputState&)>& on_output_;
   const std::vector<double> ends_, outputs_;  // s
-  const Eigen::MatrixXd offsets_;  // (sensors + observed x loads) K
+  const Eigen::MatrixXd offsets_;             // (sensors + observed x loads) K
   Eigen::MatrixXd state_, readings_;
   std::vector<Drive> drives_;
   FollowingStep following_;
@@ -298,8 +298,8 @@ private:
 }  // namespace
 
 RunSummary simulate_block(ThermalStepper& stepper, const std::vector<const OperatingModel*>& models,
-                    const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
-                    const std::function<void(const OutputState&)>& on_output) {
+                          const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
+                          const std::function<void(const OutputState&)>& on_output) {
   options.validate();
   if (models.size() != programs.size()) {
     throw core::InputError("simulate_block", fmt::format("{} models of {} programs", models.size(), programs.size()),

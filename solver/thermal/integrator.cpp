@@ -42,7 +42,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
     SideBySide z, az;       // solution d and A d, what the ones before it had left of them
     Eigen::ArrayXd weight;  // 1 / |A d|^2; 0: nothing
   };
-  std::vector<Earlier> earlier;  // of steps with the present coefficients
+  std::vector<Earlier> earlier;     // of steps with the present coefficients
   SideBySide given, guessed, left;  // right-hand side, d of the guess, the residual that it leaves
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set

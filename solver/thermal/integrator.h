@@ -24,7 +24,7 @@ struct IntegratorOptions {
   /// Earlier solutions that a first guess is made of while coefficients stand, of each load; 0: none. For wide blocks of
   /// loads, each with coefficients of its own.
   int recycled = 0;
-  void validate() const;        ///< @throws InputError
+  void validate() const;  ///< @throws InputError
 };
 
 /// One CHOLMOD factor of the mean operator serves all loads and steps while it is close enough;

@@ -29,7 +29,8 @@ void require_known(const mesh::Machine& machine, const PlaceRules& rules) {
                           const char* what) {
     for (const std::string& id : ids)
       if (!contains(known, id))
-        throw core::InputError(what, "'" + id + "'", core::join(known) + " (nearest: " + core::nearest(id, known) + ")");
+        throw core::InputError(what, "'" + id + "'",
+                               core::join(known) + " (nearest: " + core::nearest(id, known) + ")");
   };
   require(rules.bodies, bodies, "body of sensors");
   require(rules.without, all, "body or surface without sensors");
@@ -105,8 +106,8 @@ std::vector<Place> sensor_places(const mesh::MachineMesh& mesh, const PlaceRules
     Thinned thinned(rules.spacing);
     for (const int node : skin) {
       const Eigen::Vector3d point = tets.points.col(node);
-      const bool inside = rules.box.size() != 2 || ((point - rules.box[0]).minCoeff() >= 0.0 &&
-                                                    (rules.box[1] - point).minCoeff() >= 0.0);
+      const bool inside = rules.box.size() != 2 ||
+                          ((point - rules.box[0]).minCoeff() >= 0.0 && (rules.box[1] - point).minCoeff() >= 0.0);
       if (inside && !covered.contains(node) && thinned.take(point))
         places.push_back({b, mesh.first_node[b] + node, point});
     }

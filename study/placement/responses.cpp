@@ -19,8 +19,8 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr Kind ratio_kinds[] = {Kind::source_power, Kind::film_coefficient, Kind::contact_conductance,
-                                Kind::coolant_coupling, Kind::coolant_flow, Kind::volume_exchange};
+constexpr Kind ratio_kinds[] = {Kind::source_power,     Kind::film_coefficient, Kind::contact_conductance,
+                                Kind::coolant_coupling, Kind::coolant_flow,     Kind::volume_exchange};
 constexpr double air_memory_s = 6.0 * core::units::hour, ambient_memory_s = 24.0 * core::units::hour;
 
 std::vector<Eigen::VectorXd> states_of(const reduction::ReducedModel& model, const mesh::Machine& machine,
@@ -43,8 +43,8 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
   for (const Kind kind : ratio_kinds) {
     for (const Item& item : items_of(machine, kind)) {
       if (!(item.std_percent > 0.0)) continue;
-      found.push_back({diagnosis::make_parameter(kind, item.id), item.std_percent / 100.0,
-                       compensation::machine_memory_s});
+      found.push_back(
+          {diagnosis::make_parameter(kind, item.id), item.std_percent / 100.0, compensation::machine_memory_s});
     }
   }
   for (const compensation::UncertainQuantity& quantity : compensation::uncertain_quantities(model)) {
@@ -72,8 +72,8 @@ LoadResponses responses(const reduction::ReducedModel& model, const std::vector<
   core::parallel_for(0, parameters.size(), [&](std::size_t p) {
     const UncertainParameter& of = parameters[p];
     const auto run = [&](double sign) {
-      return states_of(model, diagnosis::with_parameter(model.machine, of.parameter,
-                                                        of.parameter.nominal + sign * of.std), load);
+      return states_of(
+          model, diagnosis::with_parameter(model.machine, of.parameter, of.parameter.nominal + sign * of.std), load);
     };
     const auto above = run(1.0), below = run(-1.0);
     for (std::size_t t = 0; t < kept.size(); ++t)

@@ -28,8 +28,8 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
 /// One load program.
 struct LoadResponses {
   std::string load;
-  std::vector<double> times;             ///< s, at equal distances but for the last
-  std::vector<Eigen::MatrixXd> states;   ///< (order x parameters) K per standard deviation, one a time
+  std::vector<double> times;            ///< s, at equal distances but for the last
+  std::vector<Eigen::MatrixXd> states;  ///< (order x parameters) K per standard deviation, one a time
 };
 
 /// @param every_s  about the distance of the times, s

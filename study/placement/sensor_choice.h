@@ -20,12 +20,12 @@
 namespace thermotwin::study {
 
 struct ChoiceOptions {
-  double noise_K = 0.05;  ///< standard deviation of a reading, mean of the interval between two times
-  double bias_K = 0.1;    ///< of a sensor's constant bias: its calibration and the mesh's error beside it
-  int exchanges = 3;      ///< passes over the sensors at most; 0: greedy alone
-  bool any_loss = false;  ///< exchange for the criterion after the loss of the worst sensor
+  double noise_K = 0.05;        ///< standard deviation of a reading, mean of the interval between two times
+  double bias_K = 0.1;          ///< of a sensor's constant bias: its calibration and the mesh's error beside it
+  int exchanges = 3;            ///< passes over the sensors at most; 0: greedy alone
+  bool any_loss = false;        ///< exchange for the criterion after the loss of the worst sensor
   Eigen::Index choosable = -1;  ///< only the first places may be chosen; -1: all
-  void validate() const;  ///< @throws InputError
+  void validate() const;        ///< @throws InputError
 };
 
 class SensorChoice {

@@ -50,8 +50,7 @@ MatrixXd draws(const StudyPlan& plan, const std::vector<int>& drawn) {
     }
     return shares;
   };
-  if (!pick_freeze)
-    return valued(drawn_shares(plan.samples, dimensions, plan.seed, plan.sampling == Sampling::latin));
+  if (!pick_freeze) return valued(drawn_shares(plan.samples, dimensions, plan.seed, plan.sampling == Sampling::latin));
   const MatrixXd both = valued(drawn_shares(plan.samples, 2 * dimensions, plan.seed, false));
   MatrixXd rows(plan.samples * (dimensions + 2), dimensions);
   for (int s = 0; s < plan.samples; ++s) {

@@ -35,7 +35,7 @@ struct Distribution {
 
 /// Polynomials of degree 1 and 2 that are orthonormal in a distribution, for regression.
 struct Polynomials {
-  double centre = 0, scale = 1;                ///< p1(x) = (x - centre) / scale
+  double centre = 0, scale = 1;                 ///< p1(x) = (x - centre) / scale
   double constant = 0, linear = 0, square = 1;  ///< p2 = (p1^2 - linear p1 - constant) / square
 
   explicit Polynomials(const Distribution& distribution);

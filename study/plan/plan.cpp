@@ -58,15 +58,16 @@ std::optional<Distribution> stated(const core::Node& node, const KindRow& row) {
   if (given.front() == "range") {
     const std::vector<double> range = node.numbers("range");
     if (range.size() != 2 || !(range[0] < range[1]))
-      throw core::InputError(node.place("range"), fmt::format("[{}]", fmt::join(range, ", ")), "[low, high], low < high");
+      throw core::InputError(node.place("range"), fmt::format("[{}]", fmt::join(range, ", ")),
+                             "[low, high], low < high");
     for (const double value : range) require_in_range(row, value, node.place("range"));
     return Distribution::uniform(range[0], range[1]);
   }
   const bool percent = given.front() == "std_percent";
   if (percent != ratio) {
-    throw core::InputError(node.place(given.front()), "of " + row.name,
-                           ratio ? "std_percent: its value is a factor"
-                                 : fmt::format("std, in {}: its value is added", row.unit));
+    throw core::InputError(
+        node.place(given.front()), "of " + row.name,
+        ratio ? "std_percent: its value is a factor" : fmt::format("std, in {}: its value is added", row.unit));
   }
   const double std = percent ? node.number("std_percent") / 100.0 : node.number("std");
   require_in_range(row, nominal - most_deviations * std, node.place(given.front()) + " (lowest draw)");
@@ -82,9 +83,9 @@ const Item& find_item(const std::vector<Item>& items, const std::string& id, con
     known.push_back(item.id);
   }
   throw core::InputError(node.place("where"), "'" + id + "'",
-                         known.empty() ? "the machine has nothing that " + row.name + " may change"
-                                       : row.where + ": " + core::join(known) + " (nearest: " +
-                                             core::nearest(id, known) + ")");
+                         known.empty()
+                             ? "the machine has nothing that " + row.name + " may change"
+                             : row.where + ": " + core::join(known) + " (nearest: " + core::nearest(id, known) + ")");
 }
 
 void add_parameters(const core::Node& node, const mesh::Machine& machine, std::vector<StudyParameter>& parameters) {
@@ -165,9 +166,7 @@ StudyPlan read_variant_plan(const fs::path& path) {
   if (plan.sizes.empty()) throw core::InputError(root.place("size"), "no size", "one size or more");
   plan.samples = root.integer_or("samples", 0, 0, 100000);
   const std::string word = root.choice_or("sampling", "latin");
-  plan.sampling = word == "random"        ? Sampling::random
-                  : word == "pick_freeze" ? Sampling::pick_freeze
-                                          : Sampling::latin;
+  plan.sampling = word == "random" ? Sampling::random : word == "pick_freeze" ? Sampling::pick_freeze : Sampling::latin;
   plan.seed = root.integer_or("seed", 1, 0, 2147483647);
   plan.block = root.integer_or("block", 50, 1, 1000);
   for (const core::Node& node : root.tables("parameter"))

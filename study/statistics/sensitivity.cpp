@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/statistics/sensitivity.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -188,7 +187,8 @@ Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
   result.variance = (with_mean(all, sum)[0] - sum.squaredNorm() / (2.0 * n)) / (2.0 * n - 1.0);
   for (int i = 0; i < 2 * parameters; ++i) {
     const double half = deviations95 * error[i];
-    (i < parameters ? result.first : result.total).push_back({shares[i], clip(shares[i] - half), clip(shares[i] + half)});
+    (i < parameters ? result.first : result.total)
+        .push_back({shares[i], clip(shares[i] - half), clip(shares[i] + half)});
   }
   return result;
 }

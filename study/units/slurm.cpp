@@ -44,21 +44,23 @@ std::string array_script(const SlurmJob& job) {
   text += fmt::format("#SBATCH --array=0-{}\n", job.tasks - 1);
   text += "#SBATCH --requeue\n";
   text += "#SBATCH --signal=B:USR1@120\n";
-  text += "# USR1 comes 2 min before the time limit: the checkpoint is written and the task goes back to the queue.\n"
-          "# TERM (scancel, a node that is drained) writes the checkpoint too; Slurm itself requeues where it has to.\n";
+  text +=
+      "# USR1 comes 2 min before the time limit: the checkpoint is written and the task goes back to the queue.\n"
+      "# TERM (scancel, a node that is drained) writes the checkpoint too; Slurm itself requeues where it has to.\n";
   text += fmt::format("{} {} --part \"$SLURM_ARRAY_TASK_ID/{}\" --threads \"${{SLURM_CPUS_PER_TASK:-{}}}\" --quiet &\n",
                       quoted(job.program), job.command, job.tasks, job.threads);
-  text += "program=$!\n"
-          "trap 'kill -TERM $program; wait $program; scontrol requeue "
-          "\"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"; exit 0' USR1\n"
-          "trap 'kill -TERM $program; wait $program; exit 143' TERM\n"
-          "wait $program\n"
-          "status=$?\n"
-          "# Killed from outside: again, three times at most. The gathering job names what is still missing.\n"
-          "if [ $status -gt 130 ] && [ \"${SLURM_RESTART_COUNT:-0}\" -lt 3 ]; then\n"
-          "  scontrol requeue \"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"\n"
-          "fi\n"
-          "exit $status\n";
+  text +=
+      "program=$!\n"
+      "trap 'kill -TERM $program; wait $program; scontrol requeue "
+      "\"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"; exit 0' USR1\n"
+      "trap 'kill -TERM $program; wait $program; exit 143' TERM\n"
+      "wait $program\n"
+      "status=$?\n"
+      "# Killed from outside: again, three times at most. The gathering job names what is still missing.\n"
+      "if [ $status -gt 130 ] && [ \"${SLURM_RESTART_COUNT:-0}\" -lt 3 ]; then\n"
+      "  scontrol requeue \"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"\n"
+      "fi\n"
+      "exit $status\n";
   return text;
 }
 
@@ -79,9 +81,13 @@ std::string submit_script(const SlurmJob& job) {
          "  echo 'no Slurm here: sbatch is not found; submit on a login node, or use --local' >&2\n"
          "  exit 3\n"
          "fi\n"
-         "array=$(sbatch --parsable " + folder + "/array.sbatch)\n"
+         "array=$(sbatch --parsable " +
+         folder +
+         "/array.sbatch)\n"
          "array=${array%%;*}\n"
-         "gather=$(sbatch --parsable --dependency=\"afterany:$array\" " + folder + "/gather.sbatch)\n"
+         "gather=$(sbatch --parsable --dependency=\"afterany:$array\" " +
+         folder +
+         "/gather.sbatch)\n"
          "echo \"units: job $array; gathering: job ${gather%%;*}\"\n";
 }
 

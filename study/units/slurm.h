@@ -10,15 +10,15 @@
 namespace thermotwin::study {
 
 struct SlurmJob {
-  std::string name;      ///< of the study
-  std::string program;   ///< path of thermotwin, for all hosts
-  std::string command;   ///< words after the program, quoted for a shell, without --part and --gather
+  std::string name;              ///< of the study
+  std::string program;           ///< path of thermotwin, for all hosts
+  std::string command;           ///< words after the program, quoted for a shell, without --part and --gather
   std::filesystem::path folder;  ///< for scripts and logs, absolute, shared by all hosts
-  int tasks = 1;         ///< of the array
-  int threads = 1;       ///< a task
-  double memory_GiB = 2; ///< a task
-  double hours = 24;     ///< time limit of a task
-  std::string partition; ///< empty: the cluster's default
+  int tasks = 1;                 ///< of the array
+  int threads = 1;               ///< a task
+  double memory_GiB = 2;         ///< a task
+  double hours = 24;             ///< time limit of a task
+  std::string partition;         ///< empty: the cluster's default
 };
 
 /// The array job: task I computes part I of `tasks`.

@@ -14,7 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string file_name(const char* table, std::size_t variant) { return fmt::format("{}_{:05}.csv", table, variant + 1); }
+std::string file_name(const char* table, std::size_t variant) {
+  return fmt::format("{}_{:05}.csv", table, variant + 1);
+}
 
 std::vector<std::string> names_of(const Unit& unit) {
   std::vector<std::string> names;

@@ -46,7 +46,9 @@ std::string quantiles_svg(const LoadStudy& load, Index pose, Index poses) {
   const struct {
     const char *column, *title;
     Ink ink;
-  } parts[] = {{"error_um", "length", Ink::black}, {"dx_um", "X", Ink::blue}, {"dy_um", "Y", Ink::orange},
+  } parts[] = {{"error_um", "length", Ink::black},
+               {"dx_um", "X", Ink::blue},
+               {"dy_um", "Y", Ink::orange},
                {"dz_um", "Z", Ink::green}};
   core::Axis time{"time, h"}, error{"TCP error, um"};
   time.include(hours);

@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 namespace {
 
 constexpr Index error_values = 6;
-constexpr const char* value_names[] = {"error_um",     "dx_um",        "dy_um",       "dz_um",
+constexpr const char* value_names[] = {"error_um",    "dx_um",       "dy_um",      "dz_um",
                                        "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
 constexpr double levels[] = {0.05, 0.5, 0.95};
 constexpr const char* level_names[] = {"_q05", "_q50", "_q95"};
@@ -94,7 +94,8 @@ MatrixXd translations(const Block& block, Index poses, Index pose) {
 
 class Sensitivities {
 public:
-  Sensitivities(const StudyPlan& plan, const Design& design, const Block& block) : pick_(plan.sampling == Sampling::pick_freeze) {
+  Sensitivities(const StudyPlan& plan, const Design& design, const Block& block)
+      : pick_(plan.sampling == Sampling::pick_freeze) {
     const auto samples = std::ssize(block.variants), drawn = std::ssize(design.drawn);
     values_.resize(samples, drawn);
     for (Index k = 0; k < drawn; ++k) {
@@ -208,7 +209,8 @@ std::vector<int> that_matter(const Sensitivity& sensitivity) {
   return found;
 }
 
-VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design, const std::vector<Unit>& units) {
+VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design,
+                    const std::vector<Unit>& units) {
   VariantStudy results;
   const mesh::Machine& machine = plan.machine_case.machine;
   results.poses = mesh::workspace_poses(machine);

@@ -21,8 +21,8 @@ struct LoadStudy {
   std::string load;
   /// time_s, axes, then error_um (length of the translation), dx_um ... rc_um_per_m with _q05, _q50 and _q95 each
   core::Table quantiles;
-  std::optional<Sensitivity> sensitivity;  ///< of all poses and times together
-  std::vector<Sensitivity> at_poses;       ///< one a pose, all times; empty without sensitivity
+  std::optional<Sensitivity> sensitivity;         ///< of all poses and times together
+  std::vector<Sensitivity> at_poses;              ///< one a pose, all times; empty without sensitivity
   double largest_q50_um = 0, largest_q95_um = 0;  ///< over poses and times, of the length
 };
 

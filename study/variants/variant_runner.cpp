@@ -42,11 +42,11 @@ void require_memory(const StudyPlan& plan, const Unit& unit, Eigen::Index size, 
                       (vectors_per_variant + 2.0 * recycled) * sizeof(double);
   const double available = static_cast<double>(solver::available_memory());
   if (need <= 0.9 * available) return;
-  throw core::InputError(
-      fmt::format("{} block", plan.path.string()),
-      fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are left", unit.variants.size(),
-                  size, need / 1073741824.0, available / 1073741824.0),
-      fmt::format("block = {} or less", std::max(1L, static_cast<long>(0.9 * available / need * unit.variants.size()))));
+  throw core::InputError(fmt::format("{} block", plan.path.string()),
+                         fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are left",
+                                     unit.variants.size(), size, need / 1073741824.0, available / 1073741824.0),
+                         fmt::format("block = {} or less",
+                                     std::max(1L, static_cast<long>(0.9 * available / need * unit.variants.size()))));
 }
 
 }  // namespace
@@ -96,8 +96,8 @@ std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
   if (!full_ || full_->matrices != unit.matrices) {
     full_.reset();  // before the next one: two do not fit into a small memory
     const mesh::Machine machine = machine_of(plan_, design_.variants[unit.variants.front()].values);
-    solver::FullModel model = solver::build_full_model(
-        machine, {mesh::size_factor(nominal, unit.size), options_.cache}, options_.solver);
+    solver::FullModel model =
+        solver::build_full_model(machine, {mesh::size_factor(nominal, unit.size), options_.cache}, options_.solver);
     std::vector<mesh::Pose> poses = mesh::workspace_poses(nominal);
     Eigen::MatrixXd rows = error_rows(machine, poses, solver::stacked_rows(model, poses));
     full_ = std::make_unique<Full>(Full{unit.matrices, std::move(model), std::move(poses), std::move(rows)});

@@ -19,17 +19,18 @@ namespace fs = std::filesystem;
 
 /// A plan whose variants differ in all powers and films with a std_percent.
 void write_plan(const Settings& s, const fs::path& file, int samples) {
-  core::write_file(file, fmt::format("schema = 1\ncase = \"{}\"\nloads = [\"{}\"]\nsize = \"{}\"\nsamples = {}\nblock = 50\n"
-                                     "[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n"
-                                     "[[parameter]]\nkind = \"film_coefficient\"\nwhere = \"*\"\n",
-                                     s.case_path.string(), s.study_load, s.size, samples));
+  core::write_file(file,
+                   fmt::format("schema = 1\ncase = \"{}\"\nloads = [\"{}\"]\nsize = \"{}\"\nsamples = {}\nblock = 50\n"
+                               "[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n"
+                               "[[parameter]]\nkind = \"film_coefficient\"\nwhere = \"*\"\n",
+                               s.case_path.string(), s.study_load, s.size, samples));
 }
 
 Outcome study(const Settings& s, const fs::path& plan, const fs::path& out) {
   fs::remove_all(out);
   Command command;
-  command.words = {s.thermotwin.string(), "study",   "variants", plan.string(), "--out",     out.string(),
-                   "--quiet",             "--json", "--threads", std::to_string(s.threads)};
+  command.words = {s.thermotwin.string(), "study",   "variants", plan.string(), "--out",
+                   out.string(),          "--quiet", "--json",   "--threads",   std::to_string(s.threads)};
   command.output = s.work / "study.json";
   return run(command);
 }
@@ -38,13 +39,23 @@ Outcome study(const Settings& s, const fs::path& plan, const fs::path& out) {
 
 std::string study_subject(const Settings& settings) {
   Report report("study, " + settings.size);
-  const fs::path many = settings.work / "many.toml", one = settings.work / "one.toml", out = settings.work / "study_out";
+  const fs::path many = settings.work / "many.toml", one = settings.work / "one.toml",
+                 out = settings.work / "study_out";
   write_plan(settings, many, settings.variants);
   write_plan(settings, one, 1);
   Command campaign;
-  campaign.words = {settings.thermotwin.string(), "campaign",  settings.case_path.string(), "--load", settings.study_load,
-                    "--size",                     settings.size, "--out", (settings.work / "study_campaign").string(),
-                    "--quiet",                    "--threads", std::to_string(settings.threads)};
+  campaign.words = {settings.thermotwin.string(),
+                    "campaign",
+                    settings.case_path.string(),
+                    "--load",
+                    settings.study_load,
+                    "--size",
+                    settings.size,
+                    "--out",
+                    (settings.work / "study_campaign").string(),
+                    "--quiet",
+                    "--threads",
+                    std::to_string(settings.threads)};
   std::vector<double> ratios;
   for (int pair = 0; pair < settings.pairs; ++pair) {
     fs::remove_all(settings.work / "study_campaign");

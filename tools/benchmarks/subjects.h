@@ -13,8 +13,8 @@ struct Settings {
   std::string size = "coarse", body = "column";
   int threads = 0;  ///< of whole-machine work; what is compared with a single-threaded program has one
   int pairs = 5, steps = 100;
-  int deck_steps = 6;        ///< time steps of CalculiX, which factorises in each
-  int variants = 200;        ///< of a study
+  int deck_steps = 6;  ///< time steps of CalculiX, which factorises in each
+  int variants = 200;  ///< of a study
   std::string study_load = "validation_21C";
   bool bodies_only = false;  ///< leave the whole machine out
 };

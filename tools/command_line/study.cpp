@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/study/study.h"
+
 #include "tools/command_line/common.h"
 #include "tools/command_line/verbs.h"
-#include "tools/study/study.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -9,12 +10,13 @@ namespace {
 void add_variants(CLI::App& group) {
   const auto options = std::make_shared<StudyVariantsOptions>();
   StudyVariantsOptions& variants = *options;
-  CLI::App* verb = add_verb(group, "variants",
-                            "Computes variants of a case after a plan: quantiles of the TCP error by pose and time, and "
-                            "the parameters that matter.",
-                            "thermotwin study variants family.toml\n"
-                            "  thermotwin study variants family.toml --slurm --out /shared/family",
-                            options, &study_variants);
+  CLI::App* verb =
+      add_verb(group, "variants",
+               "Computes variants of a case after a plan: quantiles of the TCP error by pose and time, and "
+               "the parameters that matter.",
+               "thermotwin study variants family.toml\n"
+               "  thermotwin study variants family.toml --slurm --out /shared/family",
+               options, &study_variants);
   verb->add_option("PLAN", variants.plan, "Plan (keys: docs/reference/study.md).")->required();
   auto* reduced = verb->add_flag("--reduced", variants.reduced,
                                  "Use the reduced model instead of the full one; the result says so.");
@@ -35,7 +37,8 @@ void add_variants(CLI::App& group) {
                  "(status 3).")
       ->excludes(slurm)
       ->excludes(part);
-  verb->add_option("--tasks", variants.tasks, "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
+  verb->add_option("--tasks", variants.tasks,
+                   "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
       ->check(CLI::Range(1, 100000))
       ->needs(slurm);
   verb->add_option("--task-threads", variants.task_threads, "With --slurm: processors of a task.")
@@ -51,7 +54,8 @@ void add_variants(CLI::App& group) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str()
       ->needs(slurm);
-  verb->add_option("--partition", variants.partition, "With --slurm: partition (default: the cluster's).")->needs(slurm);
+  verb->add_option("--partition", variants.partition, "With --slurm: partition (default: the cluster's).")
+      ->needs(slurm);
   add_checkpoint_option(*verb, variants.checkpoint_every_s);
   add_solver_option(*verb, variants.solver);
 }

@@ -137,33 +137,35 @@ std::vector<std::vector<std::string>> table_of(const mesh::Machine& machine, con
 std::string confirmation(const Choice& choice) {
   if (!choice.confirmed) return "";
   const double own = core::median(choice.confirmed->own), chosen = core::median(choice.confirmed->chosen);
-  return fmt::format("on {} machines measured virtually the compensator leaves {:.2f} um with them, {:.2f} um with the "
-                     "case's ({:+.0f} %, medians)",
-                     choice.confirmed->own.size(), chosen, own, 100.0 * (chosen / own - 1.0));
+  return fmt::format(
+      "on {} machines measured virtually the compensator leaves {:.2f} um with them, {:.2f} um with the "
+      "case's ({:+.0f} %, medians)",
+      choice.confirmed->own.size(), chosen, own, 100.0 * (chosen / own - 1.0));
 }
 
 std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const Choice& choice,
                     const std::vector<mesh::SensorSpec>& sensors) {
   const std::string title = "Sensors of " + mesh.machine.name;
-  std::vector<std::string> sentences{core::html_sentence(
-      fmt::format("{} sensors of this choice leave {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} "
-                  "um (standard deviation over poses and times).",
-                  choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
+  std::vector<std::string> sentences{core::html_sentence(fmt::format(
+      "{} sensors of this choice leave {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} "
+      "um (standard deviation over poses and times).",
+      choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
   if (choice.confirmed) sentences.push_back(core::html_sentence("Confirmed: " + confirmation(choice) + "."));
   mesh::MachineMesh shown = mesh;
   shown.machine.sensors = sensors;
   return core::html_document(
-      title,
-      core::html_title(title, "places that leave the observer the least variance of the TCP error") +
-          core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors", sentences) +
-          core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
-                             curve_svg(choice)) +
-          diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
-          core::html_section("Places", "in the machine's frame at home", core::html_table(table_of(mesh.machine, choice))) +
-          core::html_next_steps(
-              {{"Confirm the choice on machines measured virtually:",
-                fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}", shell_word(options.case_path),
-                            choice.chosen.size(), shell_word(options.out))}}));
+      title, core::html_title(title, "places that leave the observer the least variance of the TCP error") +
+                 core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors",
+                                    sentences) +
+                 core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
+                                    curve_svg(choice)) +
+                 diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
+                 core::html_section("Places", "in the machine's frame at home",
+                                    core::html_table(table_of(mesh.machine, choice))) +
+                 core::html_next_steps(
+                     {{"Confirm the choice on machines measured virtually:",
+                       fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
+                                   shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
 }
 
 Choice choose(const StudySensorsOptions& options, const solver::FullModel& full, const reduction::ReducedModel& model,
@@ -252,25 +254,28 @@ void study_sensors(const StudySensorsOptions& given) {
     curve += fmt::format("{},{:.9g},{:.9g}\n", point.count, point.left_um, point.after_loss_um);
   core::write_file(folder / "curve.csv", curve);
   core::write_file(folder / "sensors.toml", toml_of(sensors));
-  json summary = {{"places", choice.places.size()},
-                  {"without_um", choice.without_um},
-                  {"own", {{"sensors", choice.own.size()}, {"left_um", choice.own_um}, {"after_loss_um", choice.own_after_loss_um}}},
-                  {"chosen",
-                   {{"sensors", choice.chosen.size()},
-                    {"left_um", choice.chosen_um},
-                    {"after_loss_um", choice.chosen_after_loss_um}}},
-                  {"order", made.model.system.order()},
-                  {"seconds", time.seconds()},
-                  {"peak_GiB", peak_memory_GiB()}};
+  json summary = {
+      {"places", choice.places.size()},
+      {"without_um", choice.without_um},
+      {"own",
+       {{"sensors", choice.own.size()}, {"left_um", choice.own_um}, {"after_loss_um", choice.own_after_loss_um}}},
+      {"chosen",
+       {{"sensors", choice.chosen.size()},
+        {"left_um", choice.chosen_um},
+        {"after_loss_um", choice.chosen_after_loss_um}}},
+      {"order", made.model.system.order()},
+      {"seconds", time.seconds()},
+      {"peak_GiB", peak_memory_GiB()}};
   if (choice.confirmed)
     summary["confirmed"] = {{"own_um", choice.confirmed->own}, {"chosen_um", choice.confirmed->chosen}};
   core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
   write_page(folder / "report.html", [&] { return page_of(options, full.mesh, choice, sensors); });
   std::string text = core::format_table(table_of(machine_case.machine, choice));
-  text += fmt::format("\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
-                      "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
-                      choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um,
-                      choice.chosen.size(), choice.own_after_loss_um, choice.chosen_after_loss_um);
+  text += fmt::format(
+      "\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
+      "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
+      choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um, choice.chosen.size(),
+      choice.own_after_loss_um, choice.chosen_after_loss_um);
   if (choice.confirmed) text += confirmation(choice) + "\n";
   text += fmt::format("sensors.toml, curve.csv and report.html in {}; {:.0f} s\n", folder.string(), time.seconds());
   print_summary(options, text, summary.dump());

@@ -57,8 +57,8 @@ struct Work {
 };
 
 std::string words_of(const study::Unit& unit, const study::StudyPlan& plan, const study::Design& design) {
-  std::string words = fmt::format("variants {} to {}, size {}", unit.variants.front() + 1, unit.variants.back() + 1,
-                                  unit.size);
+  std::string words =
+      fmt::format("variants {} to {}, size {}", unit.variants.front() + 1, unit.variants.back() + 1, unit.size);
   if (unit.variants.size() > 1) return words;
   for (std::size_t p = 0; p < plan.parameters.size(); ++p)
     words += fmt::format(", {} = {:.6g}", plan.parameters[p].name, design.variants[unit.variants.front()].values[p]);
@@ -105,7 +105,8 @@ void write_scripts(const StudyVariantsOptions& options, const std::vector<study:
                 fmt::format(" --checkpoint-every {:g} --solver {}", options.checkpoint_every_s, options.solver);
   if (options.reduced) job.command += " --reduced --model " + shell_word(fs::absolute(options.model));
   job.folder = fs::absolute(study / "slurm");
-  job.tasks = static_cast<int>(std::min(units.size(), options.tasks > 0 ? static_cast<std::size_t>(options.tasks) : most_tasks));
+  job.tasks = static_cast<int>(
+      std::min(units.size(), options.tasks > 0 ? static_cast<std::size_t>(options.tasks) : most_tasks));
   job.threads = options.task_threads;
   job.memory_GiB = options.task_memory_GiB;
   job.hours = options.task_hours;
@@ -125,7 +126,8 @@ json json_of(const study::VariantStudy& results) {
     json of = {{"group", group.name}, {"variants", group.variants}, {"asked", group.asked}, {"loads", json::array()}};
     if (!group.why_no_sensitivity.empty()) of["why_no_sensitivity"] = group.why_no_sensitivity;
     for (const study::LoadStudy& load : group.loads) {
-      json one = {{"load", load.load}, {"largest_q50_um", load.largest_q50_um}, {"largest_q95_um", load.largest_q95_um}};
+      json one = {
+          {"load", load.load}, {"largest_q50_um", load.largest_q50_um}, {"largest_q95_um", load.largest_q95_um}};
       if (load.sensitivity) {
         one["unexplained"] = load.sensitivity->unexplained;
         one["matter"] = json::array();
@@ -231,23 +233,23 @@ void study_variants(const StudyVariantsOptions& given) {
                   {"seconds", time.seconds()},
                   {"peak_GiB", peak_memory_GiB()}};
   if (!options.part.empty()) {
-    return print_summary(options, fmt::format("part {}: {} units computed, {} done before\n", options.part,
-                                              work.computed, work.kept),
-                         summary.dump());
+    return print_summary(
+        options, fmt::format("part {}: {} units computed, {} done before\n", options.part, work.computed, work.kept),
+        summary.dump());
   }
   const study::VariantStudy results = study::gather(folder, plan, design, units);
   study::write_results(folder, plan, design, results);
   summary["groups"] = json_of(results);
   summary["missing"] = results.missing;
   core::write_file(folder / "study.json", summary.dump(1) + "\n");
-  write_page(folder / "report.html",
-             [&] { return variants_page({options, plan, design, results, computed_by}); });
-  print_summary(options,
-                fmt::format("{}\n{} variants on the {} model, {}; {} units computed, {} done before; {:.0f} s, peak memory "
-                            "{:.2f} GiB\ntables and report.html in {}\n",
-                            table_of(results), design.variants.size(), options.reduced ? "reduced" : "full", computed_by,
-                            work.computed, work.kept, time.seconds(), peak_memory_GiB(), folder.string()),
-                summary.dump());
+  write_page(folder / "report.html", [&] { return variants_page({options, plan, design, results, computed_by}); });
+  print_summary(
+      options,
+      fmt::format("{}\n{} variants on the {} model, {}; {} units computed, {} done before; {:.0f} s, peak memory "
+                  "{:.2f} GiB\ntables and report.html in {}\n",
+                  table_of(results), design.variants.size(), options.reduced ? "reduced" : "full", computed_by,
+                  work.computed, work.kept, time.seconds(), peak_memory_GiB(), folder.string()),
+      summary.dump());
   if (options.gather && !results.missing.empty()) {
     throw core::InputError(folder.string(),
                            fmt::format("{} of {} units have no result: {}", results.missing.size(), units.size(),

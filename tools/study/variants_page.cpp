@@ -28,10 +28,10 @@ std::string finding(const VariantsPage& page) {
   std::vector<std::string> sentences;
   for (const GroupStudy& group : page.results.groups) {
     for (const LoadStudy& load : group.loads) {
-      std::string sentence =
-          fmt::format("{}: the TCP error of the median machine reaches {:.1f}&#8239;µm, that of 19 in 20 stays below "
-                      "{:.1f}&#8239;µm.",
-                      core::xml_text(name_of(page, group, load)), load.largest_q50_um, load.largest_q95_um);
+      std::string sentence = fmt::format(
+          "{}: the TCP error of the median machine reaches {:.1f}&#8239;µm, that of 19 in 20 stays below "
+          "{:.1f}&#8239;µm.",
+          core::xml_text(name_of(page, group, load)), load.largest_q50_um, load.largest_q95_um);
       if (load.sensitivity) {
         std::vector<std::string> names;
         for (const int p : study::that_matter(*load.sensitivity)) {
@@ -58,9 +58,9 @@ std::string tiles(const VariantsPage& page) {
   for (const GroupStudy& group : page.results.groups)
     for (const LoadStudy& load : group.loads) largest = std::max(largest, load.largest_q95_um);
   return core::html_tiles(
-      {core::html_tile("variants", std::to_string(page.design.variants.size()),
-                       fmt::format("{} parameters, {} of them drawn", page.plan.parameters.size(),
-                                   page.design.drawn.size())),
+      {core::html_tile(
+           "variants", std::to_string(page.design.variants.size()),
+           fmt::format("{} parameters, {} of them drawn", page.plan.parameters.size(), page.design.drawn.size())),
        core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest), "95 % of the machines stay below"),
        core::html_tile("load programs", std::to_string(page.plan.loads.size()), "each on every variant"),
        core::html_tile("computed by", page.options.reduced ? "reduced model" : "full model",
@@ -95,8 +95,8 @@ std::string shares(const VariantsPage& page) {
       if (!load.sensitivity) continue;
       Rows rows{{"parameter", "first order", "total"}};
       for (const std::size_t p : study::by_total(*load.sensitivity)) {
-        rows.push_back({page.results.drawn[p], share_words(load.sensitivity->first[p]),
-                        share_words(load.sensitivity->total[p])});
+        rows.push_back(
+            {page.results.drawn[p], share_words(load.sensitivity->first[p]), share_words(load.sensitivity->total[p])});
         if (rows.size() > most_bars) break;
       }
       std::string below = "shares of the variance of the three translations, all poses and times; 95 % intervals";
@@ -104,9 +104,9 @@ std::string shares(const VariantsPage& page) {
         below += fmt::format("; the regression leaves {:.2g} % of the variance, which counts to the totals' upper ends",
                              100.0 * load.sensitivity->unexplained);
       }
-      markup += core::html_section("Parameters that matter, " + name_of(page, group, load), core::xml_text(below),
-                                   study::shares_svg(page.results.drawn, *load.sensitivity, most_bars) +
-                                       core::html_table(rows));
+      markup += core::html_section(
+          "Parameters that matter, " + name_of(page, group, load), core::xml_text(below),
+          study::shares_svg(page.results.drawn, *load.sensitivity, most_bars) + core::html_table(rows));
     }
   }
   return markup;
@@ -127,9 +127,9 @@ std::string next_steps(const VariantsPage& page) {
                      fmt::format("thermotwin study variants {} --out {}", plan, out)});
   steps.push_back({"The same plan on a cluster; what is done here is kept:",
                    fmt::format("thermotwin study variants {} --slurm --out {}", plan, out)});
-  steps.push_back({"Validate the compensation on machines that differ alike:",
-                   fmt::format("thermotwin validate {} --draws 20 --out {}",
-                               shell_word(page.plan.machine_case.folder), out)});
+  steps.push_back(
+      {"Validate the compensation on machines that differ alike:",
+       fmt::format("thermotwin validate {} --draws 20 --out {}", shell_word(page.plan.machine_case.folder), out)});
   return core::html_next_steps(steps);
 }
 
@@ -141,8 +141,8 @@ std::string share_words(const study::Share& share) {
 
 std::string variants_page(const VariantsPage& page) {
   const std::string title = "Variants of " + page.plan.machine_case.machine.name;
-  const std::string below = page.plan.title.empty() ? "a family of machines under the same load programs"
-                                                    : page.plan.title;
+  const std::string below =
+      page.plan.title.empty() ? "a family of machines under the same load programs" : page.plan.title;
   return core::html_document(title, core::html_title(title, below) + finding(page) + tiles(page) + curves(page) +
                                         shares(page) + missing(page) + next_steps(page));
 }

@@ -74,9 +74,7 @@ struct Smooth {
     return y;
   }
   /// Contributions to the sum of the variances.
-  static VectorXd first() {
-    return (VectorXd(d) << 25.0 / 3, 4.0 / 3, 0.32, 3.0, 4.0 * 4.0 / 45.0, 0.0).finished();
-  }
+  static VectorXd first() { return (VectorXd(d) << 25.0 / 3, 4.0 / 3, 0.32, 3.0, 4.0 * 4.0 / 45.0, 0.0).finished(); }
   static double product() { return 2.25 / 9.0; }
   static double variance() { return first().sum() + product(); }
 };

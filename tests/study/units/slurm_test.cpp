@@ -76,7 +76,8 @@ TEST_F(ArrayScript, PassesTheStatusOfBadInputOn) {
   EXPECT_EQ(text("requeued"), "");
 }
 
-constexpr const char* waits = "trap \"echo stopped > said; exit 130\" TERM\ntouch ready\nwhile true; do sleep 0.05; done\n";
+constexpr const char* waits =
+    "trap \"echo stopped > said; exit 130\" TERM\ntouch ready\nwhile true; do sleep 0.05; done\n";
 constexpr const char* until_ready = "bash array.sbatch & job=$!; while [ ! -e ready ]; do sleep 0.05; done; ";
 
 TEST_F(ArrayScript, BeforeTheTimeLimitItStopsTheProgramAndGoesBackToTheQueue) {
