@@ -29,7 +29,7 @@ function(thermotwin_install_files)
   install(FILES README.md LICENSE cmake/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   # Pages that the documents link to.
-  foreach(folder core mesh solver reduction compensation diagnosis metrology nc tools tests tests/cases
+  foreach(folder core mesh solver reduction compensation diagnosis metrology nc study tools tests tests/cases
       tests/hidden_effects tests/verification cases cases/vmc5)
     install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
   endforeach()

@@ -28,22 +28,6 @@
 namespace thermotwin::solver {
 namespace {
 
-/// Output rows of all poses in one matrix: a time costs one product for the whole workspace.
-Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>& poses) {
-  if (!model.mesh.machine.has_tcp()) return Eigen::MatrixXd(0, model.thermal.size);
-  Eigen::MatrixXd rows(rows_per_pose * std::ssize(poses), model.thermal.size);
-  core::Progress progress("output rows", poses.size());
-  core::parallel_for(0, poses.size(), [&](std::size_t i) {
-    const OutputRows of_pose = model.elastic.output_rows(poses[i]);
-    const Eigen::Index first = rows_per_pose * i;
-    rows.middleRows<6>(first) = of_pose.tool;
-    rows.middleRows<6>(first + 6) = of_pose.table_axis;
-    rows.middleRows<7>(first + 12) = of_pose.table_own;
-    progress.advance();
-  });
-  return rows;
-}
-
 using Block = std::vector<const LoadProgram*>;
 
 std::filesystem::path checkpoint_path(const CampaignOptions& options, const std::string& first_load) {
@@ -217,7 +201,7 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   }
 
   if (!blocks.empty()) {
-    const Eigen::MatrixXd rows = stack_rows(model, poses);
+    const Eigen::MatrixXd rows = stacked_rows(model, poses);
     const OperatingModel operating(model.mesh.machine, model.thermal.layout);
     RadiationCheck radiation(model.mesh.machine, model.thermal);
     for (const Block& block : blocks) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/progress.h"
+#include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_fields.h"
@@ -31,6 +33,21 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
     table.values.row(i).tail(channels.size()) = mean.transpose();
   }
   return table;
+}
+
+Eigen::MatrixXd stacked_rows(const FullModel& model, const std::vector<mesh::Pose>& poses) {
+  if (!model.mesh.machine.has_tcp()) return Eigen::MatrixXd(0, model.thermal.size);
+  Eigen::MatrixXd rows(rows_per_pose * std::ssize(poses), model.thermal.size);
+  core::Progress progress("output rows", poses.size());
+  core::parallel_for(0, poses.size(), [&](std::size_t i) {
+    const OutputRows of_pose = model.elastic.output_rows(poses[i]);
+    const Eigen::Index first = rows_per_pose * i;
+    rows.middleRows<6>(first) = of_pose.tool;
+    rows.middleRows<6>(first + 6) = of_pose.table_axis;
+    rows.middleRows<7>(first + 12) = of_pose.table_own;
+    progress.advance();
+  });
+  return rows;
 }
 
 Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,

@@ -17,6 +17,10 @@ namespace thermotwin::solver {
 
 inline constexpr Eigen::Index rows_per_pose = 19;  ///< tool 6, table axis 6, table own 7
 
+/// Output rows of all poses in one matrix: a time costs one product for the whole workspace.
+/// @return (rows_per_pose * poses x size); no rows for a machine without [tcp]
+Eigen::MatrixXd stacked_rows(const FullModel& model, const std::vector<mesh::Pose>& poses);
+
 class Recorder {
 public:
   /// All arguments but options must outlive the recorder.

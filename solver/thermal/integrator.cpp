@@ -38,6 +38,12 @@ struct ThermalIntegrator::Work : ThermalIteration {
   bool settled = false;  // neither coefficients nor the step changed in this step
   SideBySide temperature, source, q, ex, kx, imbalance;
   MatrixXd step_mean;  // of the step's stages, if it is kept
+  struct Earlier {
+    SideBySide z, az;       // solution d and A d, what the ones before it had left of them
+    Eigen::ArrayXd weight;  // 1 / |A d|^2; 0: nothing
+  };
+  std::vector<Earlier> earlier;     // of steps with the present coefficients
+  SideBySide given, guessed, left;  // right-hand side, d of the guess, the residual that it leaves
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set
   /// of loads that share them, if there are not too many of these; else the mean of all loads.
@@ -94,6 +100,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
   /// factor. @param scale  (loads) size of the terms that make up the residual
   void solve(const VectorXd& scale, bool want_capacity, Statistics& statistics) {
     start(scale, options.tolerance);
+    guess();
     bool done = iterate(options.max_iterations, want_capacity);
     count_iterations(statistics);
     if (!done && make_factors(statistics)) {
@@ -102,6 +109,51 @@ struct ThermalIntegrator::Work : ThermalIteration {
       count_iterations(statistics);
     }
     if (!done) require_done(options.max_iterations);
+    remember();
+  }
+
+  /// d := the combination of earlier solutions whose A d is nearest to the right-hand side; the residual follows. The
+  /// A d of all are orthogonal, since each is what the ones before it had left.
+  void guess() {
+    if (options.recycled == 0) return;
+    if (!settled || (!earlier.empty() && earlier.front().z.cols() != residual.cols())) earlier.clear();
+    given = residual;
+    for (const Earlier& one : earlier) {
+      const Eigen::ArrayXd along = dots(residual, one.az) * one.weight;
+      const double *z = one.z.data(), *az = one.az.data(), *factor = along.data();
+      double *d = increment.data(), *r = residual.data();
+      const Index width = residual.cols();
+      over_rows(residual.rows(), [&](Index first, Index last) {
+        for (Index i = first; i < last; ++i) {
+          for (Index k = 0; k < width; ++k) {
+            d[i * width + k] += factor[k] * z[i * width + k];
+            r[i * width + k] -= factor[k] * az[i * width + k];
+          }
+        }
+      });
+    }
+    if (earlier.empty()) return;
+    guessed = increment;
+    left = residual;
+    has_guess();
+  }
+
+  /// Keeps what the iteration has added to the guess; a full store starts anew from the whole solution. What rounding
+  /// spoils is not used.
+  void remember() {
+    if (options.recycled == 0) return;
+    const bool anew = earlier.empty() || std::ssize(earlier) >= options.recycled;
+    const VectorXd size = norms(given);
+    Earlier fresh;
+    if (anew) {
+      fresh = {increment, given - residual, {}};
+      earlier.clear();
+    } else {
+      fresh = {increment - guessed, left - residual, {}};
+    }
+    const Eigen::ArrayXd square = dots(fresh.az, fresh.az);
+    fresh.weight = (square > 1e-14 * size.array().square()).select(square.inverse(), 0.0);
+    earlier.push_back(std::move(fresh));
   }
 
   void count_iterations(Statistics& statistics) {
@@ -209,6 +261,7 @@ void IntegratorOptions::validate() const {
   core::require_within(of + "max_iterations", max_iterations, {1.0, 1e9});
   core::require_within(of + "refactor_above", refactor_above, {0.0, 1e9});
   core::require_within(of + "factor_memory", factor_memory, core::non_negative);
+  core::require_within(of + "recycled", recycled, {0.0, 100.0});
 }
 
 ThermalIntegrator::ThermalIntegrator(const ThermalSystem& system, const IntegratorOptions& options)
@@ -267,6 +320,13 @@ void ThermalIntegrator::save(core::BinaryWriter& out) const {
     out.count(load.factor);
   }
   for (long value : {statistics_.steps, statistics_.factorisations, statistics_.iterations}) out.count(value);
+  if (options_.recycled == 0) return;
+  out.count(work.earlier.size());
+  for (const Work::Earlier& one : work.earlier) {
+    out.matrix(one.z);
+    out.matrix(one.az);
+    out.matrix(one.weight.matrix());
+  }
 }
 
 void ThermalIntegrator::load(core::BinaryReader& in) {
@@ -287,6 +347,13 @@ void ThermalIntegrator::load(core::BinaryReader& in) {
     work.loads[l].factor = in.count();
   }
   for (long* value : {&statistics_.steps, &statistics_.factorisations, &statistics_.iterations}) *value = in.count();
+  if (options_.recycled == 0) return;
+  work.earlier.resize(in.count());
+  for (Work::Earlier& one : work.earlier) {
+    one.z = in.matrix();
+    one.az = in.matrix();
+    one.weight = in.matrix().col(0).array();
+  }
 }
 
 }  // namespace thermotwin::solver

@@ -220,7 +220,7 @@ VectorXd ThermalIteration::step(int iteration, bool with_capacity) {
 bool ThermalIteration::iterate(int limit, bool want_capacity) {
   for (Load& load : loads) load.iterations = 0;
   borrow(norms(residual));
-  if (working_.load.empty()) return true;
+  if (working_.load.empty() && started_) return true;
   const bool fresh = started_;
   started_ = false;
   bool e_is_current = false;

@@ -66,6 +66,8 @@ public:
   /// Sets d = 0 and the thresholds.
   /// @param scale  (loads) size of the terms that make up the residuals
   void start(const Eigen::VectorXd& scale, double tolerance);
+  /// To be called after start() where d is not zero; the residual has to be that of d.
+  void has_guess() { started_ = false; }
   /// Iterates all loads. @return false if a load needs more than limit iterations
   /// @param want_capacity  whether to compute capacity_increment
   bool iterate(int limit, bool want_capacity = true);

@@ -23,6 +23,7 @@ inline const std::vector<Layer> house = {
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
     {"metrology", {"fit", "budget", "probe", "rtest", "iso230", "plan", "twin"}},
     {"nc", {"rs274", "control", "program", "motion", "load", "prediction", "rewrite"}},
+    {"study", {"plan", "statistics", "units", "variants", "placement"}},
     {"tools", {}}};
 
 struct Source {

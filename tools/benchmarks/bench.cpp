@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   CLI::App app{"Speed of thermotwin as ratios to named alternatives, measured in turn in one run", "tools/bench"};
   bench::Settings settings;
   std::vector<std::string> subjects;
-  app.add_option("SUBJECT", subjects, "solver, reduction, compensate, online (absent: all)")
-      ->check(CLI::IsMember({"solver", "reduction", "compensate", "online"}));
+  app.add_option("SUBJECT", subjects, "solver, reduction, compensate, online (absent: these four), study")
+      ->check(CLI::IsMember({"solver", "reduction", "compensate", "online", "study"}));
   app.add_option("--case", settings.case_path, "case folder")->capture_default_str()->check(CLI::ExistingPath);
   app.add_option("--size", settings.size, "mesh: coarse, standard, fine, or a factor of the element sizes")
       ->capture_default_str();
@@ -31,6 +31,10 @@ int main(int argc, char** argv) {
   app.add_option("--calculix-steps", settings.deck_steps, "time steps of CalculiX")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
+  app.add_option("--variants", settings.variants, "study: number of variants")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 100000));
+  app.add_option("--study-load", settings.study_load, "study: load program")->capture_default_str();
   app.add_flag("--body-only", settings.bodies_only, "solver: leave the whole machine out");
   app.add_option("--work", settings.work, "folder for meshes, models and rows");
   app.footer("Example:\n  tools/bench solver --size standard --pairs 3");
@@ -55,6 +59,7 @@ int main(int argc, char** argv) {
       std::cout << (subject == "solver"      ? bench::solver_subject(settings)
                     : subject == "reduction" ? bench::reduction_subject(settings)
                     : subject == "online"    ? bench::online_subject(settings)
+                    : subject == "study"     ? bench::study_subject(settings)
                                              : bench::compensate_subject(settings))
                 << std::endl;
     }

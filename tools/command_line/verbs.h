@@ -17,6 +17,7 @@ void add_measure(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_diagnose(CLI::App& app);
 void add_validate(CLI::App& app);
+void add_study(CLI::App& app);
 void add_export(CLI::App& app);
 void add_nc(CLI::App& app);
 

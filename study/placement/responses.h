@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Responses of a reduced model to its uncertain parameters: powers, films, contacts, coolants and surroundings, by
+// central differences of whole runs at one standard deviation. They are the sensitivities of the observer
+// (compensation/online/error_model.h) along a load program.
+
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/causes/parameter.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/operation/load_program.h"
+
+namespace thermotwin::study {
+
+/// An uncertain parameter with its prior.
+struct UncertainParameter {
+  diagnosis::Parameter parameter;
+  double std = 0;     ///< of the parameter: a share, or K
+  double memory = 0;  ///< s, time constant of the return to the prior
+};
+
+/// @return the parameters that the observer estimates too: all with a std_percent, and the surroundings
+std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedModel& model);
+
+/// One load program.
+struct LoadResponses {
+  std::string load;
+  std::vector<double> times;            ///< s, at equal distances but for the last
+  std::vector<Eigen::MatrixXd> states;  ///< (order x parameters) K per standard deviation, one a time
+};
+
+/// @param every_s  about the distance of the times, s
+LoadResponses responses(const reduction::ReducedModel& model, const std::vector<UncertainParameter>& parameters,
+                        const solver::LoadProgram& load, double every_s);
+
+}  // namespace thermotwin::study

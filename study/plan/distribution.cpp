@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/plan/distribution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace thermotwin::study {
+namespace {
+
+double normal_share(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+}  // namespace
+
+double normal_quantile(double share) {
+  // On the lower tail, which erfc resolves to its last digits.
+  const bool upper = share > 0.5;
+  const double tail = upper ? 1.0 - share : share;
+  if (!(tail > 0.0)) return upper ? 40.0 : -40.0;
+  double low = -40.0, high = 0.0;
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (low + high);
+    (normal_share(middle) < tail ? low : high) = middle;
+  }
+  double x = 0.5 * (low + high);
+  for (int i = 0; i < 3; ++i) {
+    const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
+    if (density > 0.0) x -= (normal_share(x) - tail) / density;
+  }
+  return upper ? -x : x;
+}
+
+Distribution Distribution::fixed(std::vector<double> values) {
+  Distribution made;
+  made.spread = Spread::values;
+  made.values = std::move(values);
+  return made;
+}
+
+Distribution Distribution::uniform(double low, double high) {
+  Distribution made;
+  made.spread = Spread::uniform;
+  made.low = low;
+  made.high = high;
+  return made;
+}
+
+Distribution Distribution::normal(double mean, double std) {
+  Distribution made;
+  made.spread = Spread::normal;
+  made.mean = mean;
+  made.std = std;
+  made.low = mean - most_deviations * std;
+  made.high = mean + most_deviations * std;
+  return made;
+}
+
+double Distribution::at(double share) const {
+  if (spread == Spread::values) {
+    const auto place = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+    return values[std::min(place, values.size() - 1)];
+  }
+  if (spread == Spread::uniform) return low + share * (high - low);
+  const double outside = normal_share(-most_deviations);
+  return std::clamp(mean + std * normal_quantile(outside + share * (1.0 - 2.0 * outside)), low, high);
+}
+
+Polynomials::Polynomials(const Distribution& distribution) {
+  constexpr int points = 2000;
+  std::vector<double> x(points);
+  for (int i = 0; i < points; ++i) x[i] = distribution.at((i + 0.5) / points);
+  double sum = 0.0, squares = 0.0, third = 0.0, fourth = 0.0;
+  for (const double value : x) sum += value;
+  centre = sum / points;
+  for (const double value : x) squares += (value - centre) * (value - centre);
+  scale = squares > 0.0 ? std::sqrt(squares / points) : 1.0;
+  for (const double value : x) {
+    const double p = first(value);
+    third += p * p * p / points;
+    fourth += p * p * p * p / points;
+  }
+  constant = 1.0;
+  linear = third;
+  square = std::sqrt(std::max(fourth - third * third - 1.0, 1e-12));
+}
+
+}  // namespace thermotwin::study

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/plan/items.h"
+
+namespace thermotwin::study {
+
+using diagnosis::Effect;
+using diagnosis::Kind;
+using diagnosis::Target;
+
+namespace {
+
+std::vector<Item> materials_and_bodies(const mesh::Machine& machine, Kind kind) {
+  std::vector<Item> items;
+  const auto stated = [&](const mesh::Material& material) {
+    return kind == Kind::expansion_coefficient ? material.expansion.std_percent : material.specific_heat.std_percent;
+  };
+  for (const mesh::Material& material : machine.materials) {
+    bool used = false;
+    for (const mesh::BodySpec& body : machine.bodies) used = used || body.material == material.id;
+    if (used) items.push_back({material.id, stated(material)});
+  }
+  // A body is the same value again: `*` means the materials.
+  for (const mesh::BodySpec& body : machine.bodies) items.push_back({body.id, 0.0});
+  return items;
+}
+
+}  // namespace
+
+std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
+  std::vector<Item> items;
+  switch (diagnosis::row_of(kind).target) {
+    case Target::source:
+      for (const mesh::SourceSpec& source : machine.sources) {
+        const bool scale = kind == Kind::source_power || kind == Kind::process_heat;
+        items.push_back({source.id, scale ? source.scale.std_percent : 0.0});
+      }
+      break;
+    case Target::film:
+      for (const mesh::FilmSpec& film : machine.films)
+        items.push_back({film.id, kind == Kind::film_coefficient ? film.coefficient.std_percent : 0.0});
+      break;
+    case Target::ambient:
+      for (const mesh::AmbientSpec& ambient : machine.ambients) items.push_back({ambient.id, 0.0});
+      break;
+    case Target::joint:
+      for (const mesh::JointSpec& joint : machine.joints) {
+        const bool stiffness = kind == Kind::contact_stiffness;
+        if (stiffness && !(joint.stiffness_normal.value > 0.0)) continue;
+        items.push_back({joint.id, stiffness ? joint.stiffness_normal.std_percent : joint.conductance.std_percent});
+      }
+      break;
+    case Target::coolant:
+      for (const mesh::CoolantSpec& coolant : machine.coolants)
+        items.push_back({coolant.id, kind == Kind::coolant_flow ? coolant.flow.std_percent : 0.0});
+      break;
+    case Target::segment:
+      for (const mesh::CoolantSpec& coolant : machine.coolants)
+        for (const mesh::CoolantSegment& segment : coolant.segments)
+          items.push_back({coolant.id + "." + segment.id, segment.film_coefficient.std_percent});
+      break;
+    case Target::volume:
+      for (const mesh::VolumeSpec& volume : machine.volumes) items.push_back({volume.id, volume.capacity.std_percent});
+      break;
+    case Target::exchange:
+      for (const mesh::VolumeSpec& volume : machine.volumes)
+        for (const mesh::VolumeExchange& exchange : volume.exchanges)
+          items.push_back({volume.id + "." + exchange.with, exchange.conductance.std_percent});
+      break;
+    case Target::body: items = materials_and_bodies(machine, kind); break;
+    case Target::scale:
+      for (const mesh::ScaleSpec& scale : machine.scales) items.push_back({scale.axis, scale.expansion.std_percent});
+      break;
+    case Target::screw:
+      for (const mesh::ScrewSpec& screw : machine.screws) items.push_back({screw.axis, screw.expansion.std_percent});
+      break;
+    case Target::nothing:
+    case Target::sensor:
+    case Target::reading: break;
+  }
+  return items;
+}
+
+std::vector<std::string> kinds_of_plans() {
+  std::vector<std::string> names;
+  for (const diagnosis::KindRow& row : diagnosis::known_kinds()) {
+    const bool acts = row.effect != Effect::readings && row.effect != Effect::timing;
+    if (acts && row.target != Target::nothing && row.kind != Kind::source_missing) names.push_back(row.name);
+  }
+  return names;
+}
+
+bool shares_matrices(Kind kind) {
+  const Effect effect = diagnosis::row_of(kind).effect;
+  return effect == Effect::coefficient || effect == Effect::heat;
+}
+
+}  // namespace thermotwin::study

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The items of machine.toml that a kind of parameter may refer to, with the uncertainty that the file states.
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/causes/kinds.h"
+#include "mesh/machine/machine.h"
+
+namespace thermotwin::study {
+
+struct Item {
+  std::string id;          ///< as `where` in diagnosis.json
+  double std_percent = 0;  ///< of the kind's value in machine.toml; 0: none is stated
+};
+
+/// @return all items of the machine that the kind may change; empty for a kind that does not act on the machine
+std::vector<Item> items_of(const mesh::Machine& machine, diagnosis::Kind kind);
+
+/// The kinds that a plan may name: they act on the machine, not on readings.
+std::vector<std::string> kinds_of_plans();
+
+/// Whether variants of the kind share mesh, matrices and output rows: powers, films, contacts, flows, surroundings.
+bool shares_matrices(diagnosis::Kind kind);
+
+}  // namespace thermotwin::study

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/plan/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "diagnosis/causes/kinds.h"
+#include "mesh/machine_mesh.h"
+#include "study/plan/items.h"
+#include "study/plan/plan_keys.h"
+
+namespace thermotwin::study {
+namespace {
+
+namespace fs = std::filesystem;
+using diagnosis::KindRow;
+
+const KindRow& kind_of(const core::Node& node) {
+  const std::string word = node.text("kind");
+  const std::vector<std::string> allowed = kinds_of_plans();
+  if (std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
+    throw core::InputError(node.place("kind"), "'" + word + "'",
+                           "one of: " + core::join(allowed) + " (nearest: " + core::nearest(word, allowed) + ")");
+  }
+  return diagnosis::row_of(diagnosis::kind_named(word));
+}
+
+void require_in_range(const KindRow& row, double value, const std::string& place) {
+  if (value >= row.low && value <= row.high) return;
+  throw core::InputError(place, fmt::format("{}", value),
+                         fmt::format("{} of {}: {} to {}", row.amount, row.name, row.low, row.high));
+}
+
+/// What the table itself says; nothing: std_percent of machine.toml.
+std::optional<Distribution> stated(const core::Node& node, const KindRow& row) {
+  const bool ratio = row.sense == diagnosis::Sense::ratio;
+  const double nominal = ratio ? 1.0 : 0.0;
+  std::vector<std::string> given;
+  for (const char* key : {"values", "range", "std_percent", "std"})
+    if (node.has(key)) given.emplace_back(key);
+  if (given.size() > 1) {
+    throw core::InputError(node.place(given[1]), core::join(given, " and ") + " together",
+                           "one of values, range, std_percent, std");
+  }
+  if (given.empty()) return std::nullopt;
+  if (given.front() == "values") {
+    const std::vector<double> values = node.numbers("values");
+    if (values.empty()) throw core::InputError(node.place("values"), "no value", "one value or more");
+    for (const double value : values) require_in_range(row, value, node.place("values"));
+    return Distribution::fixed(values);
+  }
+  if (given.front() == "range") {
+    const std::vector<double> range = node.numbers("range");
+    if (range.size() != 2 || !(range[0] < range[1]))
+      throw core::InputError(node.place("range"), fmt::format("[{}]", fmt::join(range, ", ")),
+                             "[low, high], low < high");
+    for (const double value : range) require_in_range(row, value, node.place("range"));
+    return Distribution::uniform(range[0], range[1]);
+  }
+  const bool percent = given.front() == "std_percent";
+  if (percent != ratio) {
+    throw core::InputError(
+        node.place(given.front()), "of " + row.name,
+        ratio ? "std_percent: its value is a factor" : fmt::format("std, in {}: its value is added", row.unit));
+  }
+  const double std = percent ? node.number("std_percent") / 100.0 : node.number("std");
+  require_in_range(row, nominal - most_deviations * std, node.place(given.front()) + " (lowest draw)");
+  require_in_range(row, nominal + most_deviations * std, node.place(given.front()) + " (highest draw)");
+  return Distribution::normal(nominal, std);
+}
+
+const Item& find_item(const std::vector<Item>& items, const std::string& id, const core::Node& node,
+                      const KindRow& row) {
+  std::vector<std::string> known;
+  for (const Item& item : items) {
+    if (item.id == id) return item;
+    known.push_back(item.id);
+  }
+  throw core::InputError(node.place("where"), "'" + id + "'",
+                         known.empty()
+                             ? "the machine has nothing that " + row.name + " may change"
+                             : row.where + ": " + core::join(known) + " (nearest: " + core::nearest(id, known) + ")");
+}
+
+void add_parameters(const core::Node& node, const mesh::Machine& machine, std::vector<StudyParameter>& parameters) {
+  const KindRow& row = kind_of(node);
+  const std::vector<Item> items = items_of(machine, row.kind);
+  const std::optional<Distribution> own = stated(node, row);
+  std::vector<std::string> ids;
+  for (const std::string& id : node.texts("where")) {
+    if (id != "*") {
+      find_item(items, id, node, row);
+      ids.push_back(id);
+      continue;
+    }
+    const std::size_t before = ids.size();
+    for (const Item& item : items)
+      if (item.std_percent > 0.0) ids.push_back(item.id);
+    if (ids.size() == before) {
+      throw core::InputError(node.place("where"), "'*'",
+                             "ids: no item of " + row.name + " has a std_percent in " + machine.path.string());
+    }
+  }
+  if (ids.empty()) throw core::InputError(node.place("where"), "no id", "one id or more, or *");
+  for (const std::string& id : ids) {
+    StudyParameter made;
+    made.parameter = diagnosis::make_parameter(row.kind, id);
+    made.name = row.name + ":" + id;
+    const double std = find_item(items, id, node, row).std_percent / 100.0;
+    if (!own && !(std > 0.0)) {
+      throw core::InputError(node.place("where"), "'" + id + "' has no std_percent in " + machine.path.string(),
+                             "values, range, std_percent or std beside it");
+    }
+    made.distribution = own ? *own : Distribution::normal(1.0, std);
+    if (made.distribution.is_drawn() && made.parameter.ratio)
+      made.distribution.low = std::max(made.distribution.low, row.low);
+    for (const StudyParameter& other : parameters) {
+      if (other.name == made.name)
+        throw core::InputError(node.place("where"), "'" + id + "' of " + row.name + " twice", "each parameter once");
+    }
+    parameters.push_back(std::move(made));
+  }
+  node.finish();
+}
+
+void require_loads(const core::Node& root, const StudyPlan& plan) {
+  std::set<std::string> seen;
+  const std::string place = root.has("loads") ? root.place("loads") : root.place();
+  for (const std::string& load : plan.loads) {
+    if (!seen.insert(load).second) throw core::InputError(place, "'" + load + "' twice", "each load program once");
+    plan.machine_case.load(load);
+  }
+  if (plan.loads.empty())
+    throw core::InputError(place, "no load program, and the case holds none out", "loads = [...]");
+}
+
+}  // namespace
+
+StudyPlan read_variant_plan(const fs::path& path) {
+  const core::Config config = core::Config::load(path, &variant_plan_keys());
+  const core::Node root = config.root();
+  root.schema(1);
+  StudyPlan plan;
+  plan.path = path;
+  plan.title = root.text_or("title", "");
+  const fs::path folder = path.parent_path();
+  plan.machine_case = solver::read_case(folder / root.text("case"));
+  if (!plan.machine_case.machine.has_tcp()) {
+    throw core::InputError(root.place("case"), plan.machine_case.machine.path.string() + " without [tcp]",
+                           "a machine with a TCP error");
+  }
+  plan.loads = root.has("loads") ? root.texts("loads") : plan.machine_case.holdout;
+  require_loads(root, plan);
+  plan.sizes = root.has("size") ? root.texts("size") : std::vector<std::string>{plan.machine_case.size};
+  std::set<std::string> sizes;
+  for (const std::string& size : plan.sizes) {
+    mesh::size_factor(plan.machine_case.machine, size);
+    if (!sizes.insert(size).second) throw core::InputError(root.place("size"), "'" + size + "' twice", "each once");
+  }
+  if (plan.sizes.empty()) throw core::InputError(root.place("size"), "no size", "one size or more");
+  plan.samples = root.integer_or("samples", 0, 0, 100000);
+  const std::string word = root.choice_or("sampling", "latin");
+  plan.sampling = word == "random" ? Sampling::random : word == "pick_freeze" ? Sampling::pick_freeze : Sampling::latin;
+  plan.seed = root.integer_or("seed", 1, 0, 2147483647);
+  plan.block = root.integer_or("block", 50, 1, 1000);
+  for (const core::Node& node : root.tables("parameter"))
+    add_parameters(node, plan.machine_case.machine, plan.parameters);
+  root.finish();
+  const auto drawn = std::count_if(plan.parameters.begin(), plan.parameters.end(),
+                                   [](const StudyParameter& p) { return p.distribution.is_drawn(); });
+  if (drawn > 0 && plan.samples < 1) {
+    throw core::InputError(root.place(), fmt::format("{} parameters to draw, samples = {}", drawn, plan.samples),
+                           "samples = 1 or more");
+  }
+  if (drawn == 0 && plan.samples > 0) {
+    throw core::InputError(root.place("samples"), fmt::format("{}, and no parameter to draw", plan.samples),
+                           "0, or a parameter with range or a standard deviation");
+  }
+  return plan;
+}
+
+}  // namespace thermotwin::study

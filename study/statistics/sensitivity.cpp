@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/statistics/sensitivity.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+
+namespace thermotwin::study {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double deviations95 = 1.959963984540054;
+constexpr double kept_variance = 1e-10;  // share of the outputs' squares that scores may leave out
+
+double clip(double share) { return std::clamp(share, 0.0, 1.0); }
+
+/// Standard error of each column by the jackknife. @param without  (samples x values) estimates without a sample
+VectorXd jackknife(const MatrixXd& without) {
+  const double n = static_cast<double>(without.rows());
+  const Eigen::RowVectorXd mean = without.colwise().mean();
+  return ((n - 1.0) / n * (without.rowwise() - mean).colwise().squaredNorm()).cwiseSqrt().transpose();
+}
+
+/// Sums over samples that the estimators are made of: 3 of the variance, then 2 for each parameter.
+VectorXd shares_of(const VectorXd& sums, double n, int parameters) {
+  // Variance of A and B together; the mean was taken away over all of them.
+  const double variance = std::max((sums[0] - sums[1] / (2.0 * n)) / (2.0 * n - 1.0), 1e-300);
+  VectorXd shares(2 * parameters);
+  for (int i = 0; i < parameters; ++i) {
+    shares[i] = sums[2 + 2 * i] / n / variance;
+    shares[parameters + i] = 0.5 * sums[3 + 2 * i] / n / variance;
+  }
+  return shares;
+}
+
+/// A pair of parameters and how much its product explains.
+struct Pair {
+  int i, j;
+};
+
+/// The matrix of a regression: 1, first and second degree of each parameter, products.
+class Regression {
+public:
+  Regression(const MatrixXd& values, const std::vector<Distribution>& distributions) {
+    const Index n = values.rows(), d = values.cols();
+    first_.resize(n, d);
+    matrix_.resize(n, 1 + 2 * d);
+    matrix_.col(0).setOnes();
+    for (Index p = 0; p < d; ++p) {
+      const Polynomials of(distributions[p]);
+      for (Index k = 0; k < n; ++k) {
+        first_(k, p) = of.first(values(k, p));
+        matrix_(k, 1 + 2 * p) = first_(k, p);
+        matrix_(k, 2 + 2 * p) = of.second(values(k, p));
+      }
+    }
+    // Too few samples for curvature: straight lines.
+    curved_ = n >= 3 * (1 + 2 * d);
+    if (!curved_) {
+      MatrixXd straight(n, 1 + d);
+      straight.col(0).setOnes();
+      straight.rightCols(d) = first_;
+      matrix_ = std::move(straight);
+    }
+  }
+
+  const MatrixXd& matrix() const { return matrix_; }
+  Index parameters() const { return first_.cols(); }
+  bool curved() const { return curved_; }
+  const std::vector<Pair>& pairs() const { return pairs_; }
+
+  /// Adds products while they are worth more than noise, the best first. @param outputs  (n x r) scores
+  void add_products(const MatrixXd& outputs) {
+    const Index n = matrix_.rows(), d = first_.cols();
+    const Index most = std::max<Index>(0, n / 3 - matrix_.cols());
+    std::vector<std::pair<double, Pair>> found;
+    const Eigen::LDLT<MatrixXd> factor(matrix_.transpose() * matrix_);
+    const MatrixXd left = outputs - matrix_ * factor.solve(matrix_.transpose() * outputs);
+    const double size = left.squaredNorm();
+    if (!(size > 0.0)) return;
+    for (int i = 0; i < d; ++i) {
+      for (int j = i + 1; j < d; ++j) {
+        VectorXd product = first_.col(i).cwiseProduct(first_.col(j));
+        product -= matrix_ * factor.solve(matrix_.transpose() * product);
+        const double square = product.squaredNorm();
+        if (square > 1e-9 * n) found.push_back({(left.transpose() * product).squaredNorm() / square / size, {i, j}});
+      }
+    }
+    std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    // By chance alone a product explains 1 / n of what is left.
+    const double worth = 8.0 / static_cast<double>(n);
+    for (const auto& [gain, pair] : found) {
+      if (gain < worth || std::ssize(pairs_) >= most) break;
+      pairs_.push_back(pair);
+    }
+    MatrixXd wider(n, matrix_.cols() + std::ssize(pairs_));
+    wider.leftCols(matrix_.cols()) = matrix_;
+    for (std::size_t k = 0; k < pairs_.size(); ++k)
+      wider.col(matrix_.cols() + k) = first_.col(pairs_[k].i).cwiseProduct(first_.col(pairs_[k].j));
+    matrix_ = std::move(wider);
+  }
+
+  /// First-order and total variances from coefficients (columns x r), each (parameters).
+  std::pair<VectorXd, VectorXd> variances(const MatrixXd& coefficients) const {
+    const Index d = first_.cols(), each = curved_ ? 2 : 1;
+    VectorXd first(d);
+    for (Index p = 0; p < d; ++p) first[p] = coefficients.middleRows(1 + each * p, each).squaredNorm();
+    VectorXd total = first;
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const double both = coefficients.row(1 + each * d + static_cast<Index>(k)).squaredNorm();
+      total[pairs_[k].i] += both;
+      total[pairs_[k].j] += both;
+    }
+    return {first, total};
+  }
+
+  double products(const MatrixXd& coefficients) const {
+    return coefficients.bottomRows(std::ssize(pairs_)).squaredNorm();
+  }
+
+private:
+  MatrixXd first_, matrix_;
+  bool curved_ = true;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace
+
+MatrixXd scores_of(const MatrixXd& outputs) {
+  const MatrixXd centred = outputs.rowwise() - outputs.colwise().mean();
+  const Index n = centred.rows();
+  if (centred.cols() <= n) return centred;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(centred * centred.transpose());
+  const VectorXd squares = eigen.eigenvalues().cwiseMax(0.0);
+  const double all = squares.sum();
+  Index kept = 0;
+  for (double left = all; kept < n && left > kept_variance * all; ++kept) left -= squares[n - 1 - kept];
+  MatrixXd scores(n, std::max<Index>(kept, 1));
+  for (Index k = 0; k < scores.cols(); ++k)
+    scores.col(k) = eigen.eigenvectors().col(n - 1 - k) * std::sqrt(squares[n - 1 - k]);
+  return scores;
+}
+
+Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
+  const Index each = parameters + 2, n = outputs.rows() / each;
+  if (n < 4 || n * each != outputs.rows()) {
+    throw core::InputError("sensitivities", fmt::format("{} rows of {} parameters", outputs.rows(), parameters),
+                           fmt::format("4 samples or more of {} rows each", each));
+  }
+  const MatrixXd scores = scores_of(outputs);
+  // One row of sums a sample: the variance's two, then two of each parameter.
+  MatrixXd sums(n, 2 + 2 * parameters);
+  MatrixXd both(n, scores.cols());
+  for (Index s = 0; s < n; ++s) {
+    const auto a = scores.row(s * each), b = scores.row(s * each + 1);
+    both.row(s) = a + b;
+    sums(s, 0) = a.squaredNorm() + b.squaredNorm();
+    for (int i = 0; i < parameters; ++i) {
+      const auto ab = scores.row(s * each + 2 + i);
+      sums(s, 2 + 2 * i) = b.dot(ab - a);
+      sums(s, 3 + 2 * i) = (a - ab).squaredNorm();
+    }
+  }
+  const VectorXd all = sums.colwise().sum().transpose();
+  const Eigen::RowVectorXd sum = both.colwise().sum();
+  const auto with_mean = [&](VectorXd of, const Eigen::RowVectorXd& total) {
+    of[1] = total.squaredNorm();
+    return of;
+  };
+  const VectorXd shares = shares_of(with_mean(all, sum), static_cast<double>(n), parameters);
+  MatrixXd without(n, shares.size());
+  for (Index s = 0; s < n; ++s) {
+    const VectorXd rest = with_mean(all - sums.row(s).transpose(), sum - both.row(s));
+    without.row(s) = shares_of(rest, static_cast<double>(n - 1), parameters).transpose();
+  }
+  const VectorXd error = jackknife(without);
+  Sensitivity result;
+  result.variance = (with_mean(all, sum)[0] - sum.squaredNorm() / (2.0 * n)) / (2.0 * n - 1.0);
+  for (int i = 0; i < 2 * parameters; ++i) {
+    const double half = deviations95 * error[i];
+    (i < parameters ? result.first : result.total)
+        .push_back({shares[i], clip(shares[i] - half), clip(shares[i] + half)});
+  }
+  return result;
+}
+
+Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution>& distributions,
+                          const MatrixXd& outputs) {
+  const Index n = values.rows(), d = values.cols();
+  if (n < least_samples(static_cast<int>(d)) || outputs.rows() != n) {
+    throw core::InputError("sensitivities", fmt::format("{} samples of {} parameters", n, d),
+                           fmt::format("{} samples or more", least_samples(static_cast<int>(d))));
+  }
+  const MatrixXd scores = scores_of(outputs);
+  Regression regression(values, distributions);
+  regression.add_products(scores);
+  const MatrixXd& x = regression.matrix();
+  const Eigen::LDLT<MatrixXd> factor(x.transpose() * x);
+  const MatrixXd inverse_x = factor.solve(x.transpose());  // (columns x n)
+  const MatrixXd coefficients = inverse_x * scores;
+  const MatrixXd left = scores - x * coefficients;
+  const VectorXd leverage = x.cwiseProduct(inverse_x.transpose()).rowwise().sum();
+  const double degrees = static_cast<double>(n - x.cols());
+  const double noise = left.squaredNorm() / degrees;  // of all outputs together
+  // A squared coefficient is too large by its variance.
+  const VectorXd column_variance = inverse_x.rowwise().squaredNorm();
+  const auto shares = [&](const MatrixXd& b, double rest) {
+    const auto [first, total] = regression.variances(b);
+    const auto [first_bias, total_bias] = regression.variances((rest * column_variance).cwiseMax(0.0).cwiseSqrt());
+    const VectorXd one = (first - first_bias).cwiseMax(0.0), all = (total - total_bias).cwiseMax(0.0);
+    const double pairs = regression.products(b) - regression.products((rest * column_variance).cwiseSqrt());
+    const double variance = std::max(one.sum() + std::max(pairs, 0.0) + rest, 1e-300);
+    VectorXd found(2 * d + 1);
+    found << one / variance, all / variance, variance;
+    return found;
+  };
+  const VectorXd found = shares(coefficients, noise);
+  double unseen = 0.0;
+  MatrixXd without(n, 2 * d);
+  for (Index k = 0; k < n; ++k) {
+    const double keep = std::max(1.0 - leverage[k], 1e-9);
+    const Eigen::RowVectorXd miss = left.row(k) / keep;
+    unseen += miss.squaredNorm();
+    const double rest = (left.squaredNorm() - left.row(k).squaredNorm() / keep) / std::max(degrees - 1.0, 1.0);
+    const MatrixXd b = coefficients - inverse_x.col(k) * miss;
+    without.row(k) = shares(b, std::max(rest, 0.0)).head(2 * d).cwiseSqrt().transpose();
+  }
+  const VectorXd error = jackknife(without);
+  Sensitivity result;
+  result.variance = found[2 * d];
+  result.unexplained = std::min(1.0, unseen / static_cast<double>(n) / result.variance);
+  result.products = static_cast<int>(regression.pairs().size());
+  for (Index i = 0; i < 2 * d; ++i) {
+    const double root = std::sqrt(found[i]), half = deviations95 * error[i];
+    const double low = std::pow(std::max(0.0, root - half), 2), high = std::pow(root + half, 2);
+    if (i < d)
+      result.first.push_back({found[i], low, clip(high)});
+    else
+      result.total.push_back({found[i], low, clip(high + result.unexplained)});
+  }
+  return result;
+}
+
+}  // namespace thermotwin::study

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Batch scripts for Slurm: an array job that computes the units, and a gathering job that runs after it whatever became
+// of its tasks (afterany) and names what is missing. A task may be requeued: it goes on from its checkpoint. Neither
+// accounting nor `sbatch --wait` is needed.
+
+#include <filesystem>
+#include <string>
+
+namespace thermotwin::study {
+
+struct SlurmJob {
+  std::string name;              ///< of the study
+  std::string program;           ///< path of thermotwin, for all hosts
+  std::string command;           ///< words after the program, quoted for a shell, without --part and --gather
+  std::filesystem::path folder;  ///< for scripts and logs, absolute, shared by all hosts
+  int tasks = 1;                 ///< of the array
+  int threads = 1;               ///< a task
+  double memory_GiB = 2;         ///< a task
+  double hours = 24;             ///< time limit of a task
+  std::string partition;         ///< empty: the cluster's default
+};
+
+/// The array job: task I computes part I of `tasks`.
+std::string array_script(const SlurmJob& job);
+/// The gathering job.
+std::string gather_script(const SlurmJob& job);
+/// Submits both; needs sbatch.
+std::string submit_script(const SlurmJob& job);
+
+/// Writes array.sbatch, gather.sbatch and submit.sh. @throws InputError
+void write_slurm(const SlurmJob& job);
+
+}  // namespace thermotwin::study

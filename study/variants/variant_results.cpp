@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/variants/variant_results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/progress.h"
+#include "core/statistics.h"
+#include "core/thread_pool.h"
+#include "mesh/machine/kinematics.h"
+#include "study/units/unit_files.h"
+
+namespace thermotwin::study {
+
+namespace fs = std::filesystem;
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+namespace {
+
+constexpr Index error_values = 6;
+constexpr const char* value_names[] = {"error_um",    "dx_um",       "dy_um",      "dz_um",
+                                       "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
+constexpr double levels[] = {0.05, 0.5, 0.95};
+constexpr const char* level_names[] = {"_q05", "_q50", "_q95"};
+
+/// Results of one load of one group: all variants that have some.
+struct Block {
+  core::Table frame;                  // of the first: times and poses
+  std::vector<std::size_t> variants;  // indices into the design
+  std::vector<MatrixXd> errors;       // (rows of the table x 6) each
+};
+
+Block read_block(const fs::path& study, const std::vector<std::size_t>& members,
+                 const std::map<std::size_t, const Unit*>& units) {
+  Block block;
+  for (const std::size_t v : members) {
+    const auto unit = units.find(v);
+    if (unit == units.end()) continue;
+    const fs::path file = tcp_file(study, *unit->second, v);
+    core::Table table = core::read_csv(file);
+    if (table.values.cols() < error_values || (!block.errors.empty() && table.rows() != block.frame.rows()))
+      throw core::InputError(file.string(), fmt::format("{} rows", table.rows()),
+                             fmt::format("{} rows, as the other variants have", block.frame.rows()));
+    block.errors.emplace_back(table.values.rightCols(error_values));
+    block.variants.push_back(v);
+    if (block.variants.size() == 1) block.frame = std::move(table);
+  }
+  return block;
+}
+
+/// Quantiles over these variants of the block.
+core::Table quantiles_of(const Block& block, const std::vector<std::size_t>& of) {
+  const Index before = block.frame.values.cols() - error_values, rows = block.frame.rows();
+  core::Table table;
+  table.columns.assign(block.frame.columns.begin(), block.frame.columns.begin() + before);
+  for (const char* name : value_names)
+    for (const char* level : level_names) table.columns.push_back(std::string(name) + level);
+  table.values.resize(rows, std::ssize(table.columns));
+  table.values.leftCols(before) = block.frame.values.leftCols(before);
+  core::parallel_for(
+      0, static_cast<std::size_t>(rows),
+      [&](std::size_t row) {
+        const auto r = static_cast<Index>(row);
+        std::vector<double> values(of.size());
+        for (Index k = 0; k <= error_values; ++k) {
+          for (std::size_t i = 0; i < of.size(); ++i) {
+            const MatrixXd& errors = block.errors[of[i]];
+            values[i] = k == 0 ? errors.row(r).head<3>().norm() : errors(r, k - 1);
+          }
+          for (Index level = 0; level < 3; ++level)
+            table.values(r, before + 3 * k + level) = core::quantile(values, levels[level]);
+        }
+      },
+      64);
+  return table;
+}
+
+/// Translations of every variant, (variants x outputs). @param pose  -1: at all poses
+MatrixXd translations(const Block& block, Index poses, Index pose) {
+  const Index rows = block.frame.rows(), each = pose < 0 ? 1 : poses, first = std::max<Index>(pose, 0);
+  const Index count = (rows - first + each - 1) / each;
+  MatrixXd outputs(std::ssize(block.errors), 3 * count);
+  for (Index v = 0; v < outputs.rows(); ++v)
+    for (Index i = 0; i < count; ++i)
+      outputs.row(v).segment<3>(3 * i) = block.errors[v].row(first + i * each).head<3>();
+  return outputs;
+}
+
+class Sensitivities {
+public:
+  Sensitivities(const StudyPlan& plan, const Design& design, const Block& block)
+      : pick_(plan.sampling == Sampling::pick_freeze) {
+    const auto samples = std::ssize(block.variants), drawn = std::ssize(design.drawn);
+    values_.resize(samples, drawn);
+    for (Index k = 0; k < drawn; ++k) {
+      distributions_.push_back(plan.parameters[design.drawn[k]].distribution);
+      for (Index i = 0; i < samples; ++i) values_(i, k) = design.variants[block.variants[i]].values[design.drawn[k]];
+    }
+  }
+  Sensitivity of(const MatrixXd& outputs) const {
+    return pick_ ? pick_freeze(outputs, static_cast<int>(values_.cols()))
+                 : by_regression(values_, distributions_, outputs);
+  }
+
+private:
+  bool pick_;
+  MatrixXd values_;
+  std::vector<Distribution> distributions_;
+};
+
+/// The reason why a group of drawn variants has no sensitivities; empty: it has some.
+std::string obstacle(const StudyPlan& plan, const Design& design, std::size_t present) {
+  const int drawn = static_cast<int>(design.drawn.size());
+  const auto rows = static_cast<std::size_t>(design.rows);
+  if (plan.sampling == Sampling::pick_freeze) {
+    if (present < rows) return fmt::format("{} of {} variants have results, and pick_freeze needs all", present, rows);
+    return plan.samples < 4 ? "pick_freeze needs 4 samples or more" : "";
+  }
+  if (present >= static_cast<std::size_t>(least_samples(drawn))) return "";
+  return fmt::format("{} samples of {} parameters; sensitivities need {} or more", present, drawn,
+                     least_samples(drawn));
+}
+
+LoadStudy study_load(const StudyPlan& plan, const Design& design, const Block& block, const std::string& load,
+                     bool sensitive, Index poses) {
+  LoadStudy found;
+  found.load = load;
+  std::vector<std::size_t> of;  // draws from the distributions themselves
+  const std::size_t each = design.drawn.size() + 2;
+  const bool pick = plan.sampling == Sampling::pick_freeze && !design.drawn.empty();
+  for (std::size_t i = 0; i < block.errors.size(); ++i) {
+    const std::size_t row = block.variants[i] % static_cast<std::size_t>(design.rows);
+    if (!pick || row % each < 2) of.push_back(i);
+  }
+  found.quantiles = quantiles_of(block, of);
+  found.largest_q50_um = found.quantiles.column("error_um_q50").maxCoeff();
+  found.largest_q95_um = found.quantiles.column("error_um_q95").maxCoeff();
+  if (!sensitive) return found;
+  const Sensitivities sensitivities(plan, design, block);
+  found.sensitivity = sensitivities.of(translations(block, poses, -1));
+  found.at_poses.resize(static_cast<std::size_t>(poses));
+  core::parallel_for(0, found.at_poses.size(), [&](std::size_t p) {
+    found.at_poses[p] = sensitivities.of(translations(block, poses, static_cast<Index>(p)));
+  });
+  return found;
+}
+
+std::string share_words(const Sensitivity& of, std::size_t parameter) {
+  const Share &first = of.first[parameter], &total = of.total[parameter];
+  return fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", first.value, first.low, first.high, total.value,
+                     total.low, total.high);
+}
+
+constexpr const char* share_columns = "first,first_low,first_high,total,total_low,total_high";
+
+std::string by_parameter(const std::vector<std::string>& names, const Sensitivity& of) {
+  std::string text = std::string("parameter,") + share_columns + "\n";
+  for (std::size_t p = 0; p < names.size(); ++p) text += names[p] + "," + share_words(of, p) + "\n";
+  return text;
+}
+
+std::string by_pose(const mesh::Machine& machine, const VariantStudy& results, const LoadStudy& load) {
+  std::string text = "parameter";
+  for (const std::string& name : mesh::pose_columns(machine)) text += "," + name;
+  text += std::string(",std_um,") + share_columns + "\n";
+  for (std::size_t p = 0; p < results.drawn.size(); ++p) {
+    for (std::size_t i = 0; i < load.at_poses.size(); ++i) {
+      text += results.drawn[p];
+      for (const double value : mesh::pose_values(machine, results.poses[i])) text += fmt::format(",{:.9g}", value);
+      // Of the length at one time, on average over the times.
+      const double times = static_cast<double>(load.quantiles.rows()) / static_cast<double>(load.at_poses.size());
+      text += fmt::format(",{:.6g},", std::sqrt(load.at_poses[i].variance / times));
+      text += share_words(load.at_poses[i], p) + "\n";
+    }
+  }
+  return text;
+}
+
+core::Table variants_table(const StudyPlan& plan, const Design& design) {
+  core::Table table;
+  table.columns = {"variant", "group"};
+  for (const StudyParameter& parameter : plan.parameters) table.columns.push_back(parameter.name);
+  table.values.resize(std::ssize(design.variants), std::ssize(table.columns));
+  for (Index v = 0; v < table.rows(); ++v) {
+    const Variant& variant = design.variants[v];
+    table.values(v, 0) = static_cast<double>(v + 1);
+    table.values(v, 1) = static_cast<double>(variant.group + 1);
+    table.values.row(v).tail(std::ssize(plan.parameters)) = variant.values.transpose();
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<int> that_matter(const Sensitivity& sensitivity) {
+  std::vector<int> found;
+  for (std::size_t p = 0; p < sensitivity.total.size(); ++p) {
+    const Share& total = sensitivity.total[p];
+    if (total.value >= share_that_matters && total.low > 0.0) found.push_back(static_cast<int>(p));
+  }
+  std::sort(found.begin(), found.end(),
+            [&](int a, int b) { return sensitivity.total[a].value > sensitivity.total[b].value; });
+  return found;
+}
+
+VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design,
+                    const std::vector<Unit>& units) {
+  VariantStudy results;
+  const mesh::Machine& machine = plan.machine_case.machine;
+  results.poses = mesh::workspace_poses(machine);
+  for (const int p : design.drawn) results.drawn.push_back(plan.parameters[p].name);
+  std::map<std::string, std::map<std::size_t, const Unit*>> done;  // load, variant
+  core::Progress progress("reading units", units.size());
+  for (const Unit& unit : units) {
+    if (is_done(study, unit)) {
+      for (const std::size_t v : unit.variants) done[unit.load][v] = &unit;
+    } else {
+      results.missing.push_back(fmt::format("unit {}: variants {} to {} of '{}', size {}", unit.id,
+                                            unit.variants.front() + 1, unit.variants.back() + 1, unit.load, unit.size));
+    }
+    progress.advance();
+  }
+  for (std::size_t g = 0; g < design.groups.size(); ++g) {
+    const std::vector<std::size_t> members = design.of_group(g);
+    GroupStudy group;
+    group.name = design.groups[g].name;
+    group.asked = group.variants = members.size();
+    for (const std::string& load : plan.loads) {
+      const Block block = read_block(study, members, done[load]);
+      group.variants = std::min(group.variants, block.variants.size());
+      if (block.variants.empty()) continue;
+      const std::string why = design.drawn.empty() ? "" : obstacle(plan, design, block.variants.size());
+      if (!why.empty()) group.why_no_sensitivity = why;
+      group.loads.push_back(
+          study_load(plan, design, block, load, !design.drawn.empty() && why.empty(), std::ssize(results.poses)));
+    }
+    results.groups.push_back(std::move(group));
+  }
+  return results;
+}
+
+void write_results(const fs::path& study, const StudyPlan& plan, const Design& design, const VariantStudy& results) {
+  for (const GroupStudy& group : results.groups) {
+    for (const LoadStudy& load : group.loads) {
+      const fs::path folder = study / group.name / load.load;
+      core::write_csv(folder / "quantiles.csv", load.quantiles);
+      for (const char* name : {"sensitivities.csv", "sensitivities_by_pose.csv"}) {
+        std::error_code ignored;
+        if (!load.sensitivity) fs::remove(folder / name, ignored);  // of an earlier result
+      }
+      if (!load.sensitivity) continue;
+      core::write_file(folder / "sensitivities.csv", by_parameter(results.drawn, *load.sensitivity));
+      core::write_file(folder / "sensitivities_by_pose.csv", by_pose(plan.machine_case.machine, results, load));
+    }
+  }
+  core::write_csv(study / "variants.csv", variants_table(plan, design), table_digits);
+}
+
+}  // namespace thermotwin::study

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Gathers the tables of the units: quantiles of the TCP error at each pose and time over the machines of a group, and
+// the sensitivities of the three translations at all poses and times together, and at each pose.
+
+#include <Eigen/Core>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/table.h"
+#include "study/plan/design.h"
+#include "study/statistics/sensitivity.h"
+#include "study/units/unit.h"
+
+namespace thermotwin::study {
+
+struct LoadStudy {
+  std::string load;
+  /// time_s, axes, then error_um (length of the translation), dx_um ... rc_um_per_m with _q05, _q50 and _q95 each
+  core::Table quantiles;
+  std::optional<Sensitivity> sensitivity;         ///< of all poses and times together
+  std::vector<Sensitivity> at_poses;              ///< one a pose, all times; empty without sensitivity
+  double largest_q50_um = 0, largest_q95_um = 0;  ///< over poses and times, of the length
+};
+
+struct GroupStudy {
+  std::string name;
+  std::size_t variants = 0, asked = 0;  ///< with results; of the plan
+  std::string why_no_sensitivity;       ///< empty: there are some, or nothing is drawn
+  std::vector<LoadStudy> loads;
+};
+
+struct VariantStudy {
+  std::vector<std::string> drawn;  ///< names of the drawn parameters
+  std::vector<GroupStudy> groups;
+  std::vector<mesh::Pose> poses;
+  std::vector<std::string> missing;  ///< units without results, in words
+};
+
+/// A parameter that matters: its total share is at least this, and its interval excludes 0.
+inline constexpr double share_that_matters = 0.02;
+/// @return indices of the drawn parameters that matter, the largest total share first
+std::vector<int> that_matter(const Sensitivity& sensitivity);
+
+/// @param study  folder of the study
+VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
+                    const std::vector<Unit>& units);
+
+/// Writes <group>/<load>/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, and variants.csv.
+/// @throws InputError
+void write_results(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
+                   const VariantStudy& results);
+
+}  // namespace thermotwin::study

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/variants/variant_runner.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "core/error.h"
+#include "core/folder_lock.h"
+#include "core/progress.h"
+#include "core/thread_pool.h"
+#include "diagnosis/causes/parameter_sizes.h"
+#include "reduction/model/reduced_simulation.h"
+#include "solver/campaign/adaptive_simulation.h"
+#include "solver/campaign/checkpoint.h"
+#include "solver/campaign/recorder.h"
+#include "solver/campaign/simulation_block.h"
+#include "solver/linear/available_memory.h"
+#include "solver/thermal/adaptive.h"
+#include "solver/thermal/integrator.h"
+#include "study/variants/variant_recorder.h"
+
+namespace thermotwin::study {
+
+namespace fs = std::filesystem;
+
+struct VariantRunner::Full {
+  std::string matrices;
+  solver::FullModel model;
+  std::vector<mesh::Pose> poses;
+  Eigen::MatrixXd rows;  // see error_rows
+};
+
+namespace {
+
+/// Vectors of the size of the unknowns that a block keeps for each variant, without recycled ones.
+constexpr double vectors_per_variant = 16.0;
+constexpr double bytes_per_number = 14.0;  // of a table, with its comma
+
+void require_memory(const StudyPlan& plan, const Unit& unit, Eigen::Index size, int recycled) {
+  const double need = static_cast<double>(unit.variants.size()) * static_cast<double>(size) *
+                      (vectors_per_variant + 2.0 * recycled) * sizeof(double);
+  const double available = static_cast<double>(solver::available_memory());
+  if (need <= 0.9 * available) return;
+  throw core::InputError(fmt::format("{} block", plan.path.string()),
+                         fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are left",
+                                     unit.variants.size(), size, need / 1073741824.0, available / 1073741824.0),
+                         fmt::format("block = {} or less",
+                                     std::max(1L, static_cast<long>(0.9 * available / need * unit.variants.size()))));
+}
+
+}  // namespace
+
+VariantRunner::VariantRunner(const StudyPlan& plan, const Design& design, RunnerOptions options)
+    : plan_(plan),
+      design_(design),
+      options_(std::move(options)) {}
+
+VariantRunner::~VariantRunner() = default;
+
+Eigen::Index VariantRunner::nodes() const { return full_ ? full_->model.mesh.nodes() : 0; }
+
+bool VariantRunner::run(const Unit& unit) {
+  if (is_done(options_.study, unit)) return false;
+  const core::FolderLock lock(unit_folder(options_.study, unit));
+  if (is_done(options_.study, unit)) return false;  // while the lock was waited for
+  const std::vector<VariantTables> tables = options_.reduced != nullptr ? on_reduced_model(unit) : on_full_model(unit);
+  write_unit(options_.study, unit, tables);
+  std::error_code ignored;
+  fs::remove(unit_folder(options_.study, unit) / "checkpoint.bin", ignored);
+  return true;
+}
+
+std::vector<VariantTables> VariantRunner::on_reduced_model(const Unit& unit) {
+  const solver::LoadProgram program = plan_.machine_case.load(unit.load);
+  std::vector<VariantTables> tables(unit.variants.size());
+  core::Progress progress("variants of '" + unit.load + "'", unit.variants.size());
+  core::parallel_for(0, unit.variants.size(), [&](std::size_t i) {
+    const mesh::Machine machine = machine_of(plan_, design_.variants[unit.variants[i]].values);
+    const reduction::ReducedModel model = diagnosis::model_of_changed(*options_.reduced, machine);
+    reduction::ReducedRun how;
+    how.tell = false;
+    solver::LoadResult result =
+        reduction::simulate_reduced(model, machine, program, mesh::workspace_poses(machine), how);
+    const Eigen::Index kept = 1 + std::ssize(machine.axes) + 6;
+    tables[i].tcp.columns.assign(result.tcp.columns.begin(), result.tcp.columns.begin() + kept);
+    tables[i].tcp.values = result.tcp.values.leftCols(kept);
+    tables[i].sensors = std::move(result.sensors);
+    progress.advance();
+  });
+  return tables;
+}
+
+std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
+  const mesh::Machine& nominal = plan_.machine_case.machine;
+  if (!full_ || full_->matrices != unit.matrices) {
+    full_.reset();  // before the next one: two do not fit into a small memory
+    const mesh::Machine machine = machine_of(plan_, design_.variants[unit.variants.front()].values);
+    solver::FullModel model =
+        solver::build_full_model(machine, {mesh::size_factor(nominal, unit.size), options_.cache}, options_.solver);
+    std::vector<mesh::Pose> poses = mesh::workspace_poses(nominal);
+    Eigen::MatrixXd rows = error_rows(machine, poses, solver::stacked_rows(model, poses));
+    full_ = std::make_unique<Full>(Full{unit.matrices, std::move(model), std::move(poses), std::move(rows)});
+  }
+  const solver::ThermalSystem& thermal = full_->model.thermal;
+  require_memory(plan_, unit, thermal.size, options_.recycled);
+  const solver::LoadProgram program = plan_.machine_case.load(unit.load);
+  std::vector<solver::OperatingModel> operating;
+  operating.reserve(unit.variants.size());
+  for (const std::size_t variant : unit.variants)
+    operating.emplace_back(machine_of(plan_, design_.variants[variant].values), thermal.layout);
+  VariantRecorder recorder(full_->model.mesh.machine, full_->poses, full_->rows, operating.size(),
+                           program.output_times().size());
+  const solver::TimeScheme scheme = program.time().scheme;
+  if (scheme == solver::TimeScheme::adaptive) {
+    // Steps follow the error of each variant: one after another, all outputs of one before those of the next.
+    std::vector<VariantTables> tables;
+    for (const solver::OperatingModel& model : operating) {
+      VariantRecorder alone(full_->model.mesh.machine, full_->poses, full_->rows, 1, program.output_times().size());
+      solver::AdaptiveIntegrator integrator(thermal);
+      simulate_adaptive(integrator, model, program, {}, [&](const solver::OutputState& out) { alone.add(out); });
+      tables.push_back(std::move(alone.take().front()));
+    }
+    return tables;
+  }
+  solver::Checkpoint checkpoint(unit_folder(options_.study, unit) / "checkpoint.bin", unit.id, {unit.id},
+                                options_.checkpoint_s, true);
+  checkpoint.save_rest = [&](core::BinaryWriter& out) { recorder.save(out); };
+  checkpoint.load_rest = [&](core::BinaryReader& in) { recorder.load(in); };
+  std::vector<const solver::OperatingModel*> models;
+  for (const solver::OperatingModel& model : operating) models.push_back(&model);
+  solver::SimulationOptions simulation;
+  simulation.checkpoint = &checkpoint;
+  solver::IntegratorOptions integrating;
+  integrating.backward_euler = scheme == solver::TimeScheme::backward_euler;
+  integrating.tolerance = options_.tolerance;
+  integrating.recycled = options_.recycled;
+  solver::ThermalIntegrator integrator(thermal, integrating);
+  const solver::RunSummary summary =
+      solver::simulate_block(integrator, models, std::vector<const solver::LoadProgram*>(models.size(), &program),
+                             simulation, [&](const solver::OutputState& out) { recorder.add(out); });
+  core::log_line(fmt::format("unit {}: {} variants of '{}', {} steps, {} iterations, {} factorisations", unit.id,
+                             unit.variants.size(), unit.load, summary.steps, integrator.statistics().iterations,
+                             integrator.statistics().factorisations));
+  return recorder.take();
+}
+
+double disk_need(const StudyPlan& plan, const Design& design) {
+  const mesh::Machine& machine = plan.machine_case.machine;
+  const auto poses = static_cast<double>(mesh::workspace_poses(machine).size());
+  const double per_row = static_cast<double>(7 + machine.axes.size());
+  double numbers = 0.0;
+  for (const std::string& load : plan.loads) {
+    const auto outputs = static_cast<double>(plan.machine_case.load(load).output_times().size());
+    numbers += outputs * (poses * per_row + static_cast<double>(machine.sensors.size()) + 1.0);
+  }
+  return bytes_per_number * numbers * static_cast<double>(design.variants.size());
+}
+
+void require_disk(const fs::path& study, double bytes) {
+  std::error_code error;
+  const fs::space_info space = fs::space(study, error);
+  if (error || static_cast<double>(space.available) >= bytes) return;
+  throw core::InputError(study.string(),
+                         fmt::format("the tables take {:.2f} GiB, {:.2f} GiB are left", bytes / 1073741824.0,
+                                     static_cast<double>(space.available) / 1073741824.0),
+                         "a disk with room for them, or fewer variants");
+}
+
+}  // namespace thermotwin::study

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Computes units of a study. On the full model all variants of a unit are columns of one block: they share mesh, one
+// factor as preconditioner, the output rows and each pass over the matrices; every variant is iterated to its own
+// residual, so the result is that of separate runs to the tolerance of the iteration. On a reduced model each variant is
+// a run of its own, and material data and stiffnesses act through the model's parts.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/full_model.h"
+#include "study/plan/design.h"
+#include "study/units/unit.h"
+#include "study/units/unit_files.h"
+
+namespace thermotwin::study {
+
+struct RunnerOptions {
+  std::filesystem::path study;  ///< folder of the study
+  std::filesystem::path cache;  ///< of meshes
+  solver::SolverChoice solver = solver::SolverChoice::automatic;
+  const reduction::ReducedModel* reduced = nullptr;  ///< instead of the full model; must outlive the runner
+  double checkpoint_s = 60;                          ///< wall clock seconds between two checkpoints
+  double tolerance = 1e-10;  ///< of the iteration: a tenth of a campaign's, since variants are compared
+  int recycled = 8;          ///< see solver::IntegratorOptions
+};
+
+class VariantRunner {
+public:
+  /// All must outlive the runner.
+  VariantRunner(const StudyPlan& plan, const Design& design, RunnerOptions options);
+  ~VariantRunner();
+
+  /// Computes the unit and writes it, unless that was done before. A stopped unit goes on from its checkpoint.
+  /// @return whether anything was computed
+  /// @throws MeshError, SolverError for variants that cannot be computed; InputError for a folder that another process
+  ///   writes or that cannot be written; Interrupted
+  bool run(const Unit& unit);
+
+  /// Nodes of the mesh that was used last; 0: none was.
+  Eigen::Index nodes() const;
+
+private:
+  std::vector<VariantTables> on_full_model(const Unit& unit);
+  std::vector<VariantTables> on_reduced_model(const Unit& unit);
+
+  const StudyPlan& plan_;
+  const Design& design_;
+  RunnerOptions options_;
+  struct Full;
+  std::unique_ptr<Full> full_;  ///< of the matrices that were used last
+};
+
+/// What tables of all units take on disk, bytes.
+double disk_need(const StudyPlan& plan, const Design& design);
+
+/// @throws InputError if the disk has no room for it
+void require_disk(const std::filesystem::path& study, double bytes);
+
+}  // namespace thermotwin::study

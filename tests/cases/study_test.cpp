@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `study` as a user meets it, on the toy: numbers against separate campaigns, known sensitivities, units that
+// are kept, and slips.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "core/table.h"
+#include "tests/cases/program.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A short load program with every source, and a plan beside it.
+class StudyVariants : public ::testing::Test {
+protected:
+  void SetUp() override {
+    toy_.make_affine();
+    fs::create_directories(toy_.result(""));
+    fs::copy(toy_run() / "cache", toy_.result("cache"), fs::copy_options::recursive);  // meshes
+    toy_.write("loads/short.toml", R"(schema = 1
+title = "spindle, X axis and table"
+initial_C = 20.0
+time_step_s = 300
+output_s = 1200
+[[phase]]
+duration_h = 1
+air_C = [20, 22]
+spindle_rpm = 9000
+coolant = true
+[[phase.axis]]
+id = "X"
+low_mm = -80
+high_mm = 110
+feed_mm_min = 25000
+[[phase]]
+duration_h = 1
+spindle_rpm = 0
+[[phase.axis]]
+id = "C"
+speed_rpm = 80
+)");
+  }
+
+  std::string plan(const std::string& text, const std::string& name = "plan") {
+    const std::string file = name + ".toml";
+    toy_.write("../" + file, "schema = 1\ncase = \"toy\"\nloads = [\"short\"]\n" + text);
+    return toy_.file("../" + file);
+  }
+  Result run(const std::string& text, std::vector<std::string> more = {}, const std::string& name = "plan") {
+    std::vector<std::string> words{"study", "variants", plan(text, name), "--json", "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    return toy_.run(words);
+  }
+  fs::path study(const std::string& name = "plan") const { return toy_.result("study/" + name); }
+
+  /// Table of the variant, from 1.
+  core::Table tcp(int variant, const std::string& name = "plan") const {
+    const std::string file = fmt::format("tcp_{:05}.csv", variant);
+    for (const auto& entry : fs::recursive_directory_iterator(study(name)))
+      if (entry.path().filename() == file) return core::read_csv(entry.path());
+    ADD_FAILURE() << "no " << file;
+    return {};
+  }
+
+  Toy toy_;
+};
+
+constexpr const char* errors[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
+
+constexpr const char* three_kinds = R"(
+[[parameter]]
+kind = "source_power"
+where = "spindle.bearings"
+values = [1.0, 1.7]
+[[parameter]]
+kind = "film_coefficient"
+where = "slides"
+values = [1.0, 2.0]
+[[parameter]]
+kind = "contact_conductance"
+where = "Z_guide"
+values = [1.0, 0.5]
+)";
+
+/// Half of the ninth significant digit, which the tables of a campaign end with.
+double half_digit(double largest) { return 0.5 * std::pow(10.0, std::floor(std::log10(largest)) - 8.0); }
+
+TEST_F(StudyVariants, AreThoseOfSeparateRuns) {
+  const Result made = run(three_kinds);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out)["variants"], 8);
+  EXPECT_EQ(json::parse(made.out)["model"], "full");
+  std::string alone = three_kinds;
+  for (const char* both : {"[1.0, 1.7]", "[1.0, 2.0]", "[1.0, 0.5]"}) {
+    const std::string one = std::string(both).replace(1, 5, "");
+    alone.replace(alone.find(both), std::strlen(both), one);
+  }
+  ASSERT_EQ(run(alone, {}, "alone").status, 0);
+  // Variant 8: all three changed, in machine.toml.
+  ASSERT_EQ(toy_.run({"campaign", toy_.path(), "--load", "short", "--quiet"}).status, 0);
+  const core::Table nominal = core::read_csv(toy_.result("campaign/short/tcp.csv"));
+  toy_.edit("machine.toml", "surfaces = [\"y_slide.skin\", \"z_slide.skin\"]\nfilm_coefficient_W_m2K = {value = 9,",
+            "surfaces = [\"y_slide.skin\", \"z_slide.skin\"]\nfilm_coefficient_W_m2K = {value = 18,");
+  const std::string machine = read(toy_.file("machine.toml"));
+  std::string changed = machine;
+  const auto source = changed.find("id = \"spindle.bearings\""), scale = changed.find("scale = {value = 1.0", source);
+  changed.replace(scale, std::string("scale = {value = 1.0").size(), "scale = {value = 1.7");
+  const auto joint = changed.find("id = \"Z_guide\""), conductance = changed.find("{value = 800", joint);
+  changed.replace(conductance, std::string("{value = 800").size(), "{value = 400");
+  toy_.write("machine.toml", changed);
+  ASSERT_EQ(toy_.run({"campaign", toy_.path(), "--load", "short", "--quiet"}).status, 0);
+  const core::Table apart = core::read_csv(toy_.result("campaign/short/tcp.csv"));
+  for (const char* column : errors) {
+    const double size = apart.column(column).cwiseAbs().maxCoeff();
+    const Eigen::VectorXd ours = tcp(8).column(column);
+    EXPECT_LE((ours - tcp(1, "alone").column(column)).cwiseAbs().maxCoeff(), 1e-9 * size) << column;
+    const double least = 1e-9 * size + half_digit(size);
+    EXPECT_LE((tcp(1).column(column) - nominal.column(column)).cwiseAbs().maxCoeff(), least) << column;
+    EXPECT_LE((ours - apart.column(column)).cwiseAbs().maxCoeff(), least) << column;
+    EXPECT_GT((tcp(8).column(column) - tcp(1).column(column)).cwiseAbs().maxCoeff(), 0.01 * size) << column;
+  }
+}
+
+TEST_F(StudyVariants, FindTheSensitivitiesOfALinearMachine) {
+  // The error is linear in the powers: one at a time tells what each is worth.
+  std::string one_at_a_time, drawn = "samples = 40\nseed = 3\n";
+  const std::string machine = read(toy_.file("machine.toml"));
+  std::vector<std::string> ids;
+  for (std::size_t at = machine.find("[[source]]"); at != std::string::npos; at = machine.find("[[source]]", at + 1)) {
+    const auto from = machine.find("id = \"", at) + 6;
+    ids.push_back(machine.substr(from, machine.find('"', from) - from));
+  }
+  ASSERT_GE(ids.size(), 3U);
+  const double std_of[] = {0.10, 0.20, 0.05, 0.15};
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    one_at_a_time +=
+        fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nvalues = [1.0, 2.0]\n", ids[i]);
+    drawn += fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nstd_percent = {}\n", ids[i],
+                         100.0 * std_of[i % 4]);
+  }
+  ASSERT_EQ(run(one_at_a_time, {}, "single").status, 0);
+  std::vector<double> squares;
+  double sum = 0.0;
+  const int combinations = 1 << ids.size();
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const int variant = 1 + (combinations >> (i + 1));  // the last parameter is the fastest
+    double square = 0.0;
+    for (int k = 0; k < 3; ++k)
+      square += (tcp(variant, "single").column(errors[k]) - tcp(1, "single").column(errors[k])).squaredNorm();
+    squares.push_back(square * std::pow(std_of[i % 4], 2));
+    sum += squares.back();
+  }
+  const Result made = run(drawn, {}, "drawn");
+  ASSERT_EQ(made.status, 0) << made.err;
+  std::istringstream table(read(study("drawn") / "coarse/short/sensitivities.csv"));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line, "parameter,first,first_low,first_high,total,total_low,total_high");
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    ASSERT_TRUE(std::getline(table, line));
+    EXPECT_EQ(line.substr(0, line.find(',')), "source_power:" + ids[i]);
+    double first = 0, total = 0;
+    ASSERT_EQ(std::sscanf(line.c_str() + line.find(','), ",%lf,%*f,%*f,%lf", &first, &total), 2) << line;
+    EXPECT_NEAR(first, squares[i] / sum, 1e-4) << ids[i];
+    EXPECT_NEAR(total, squares[i] / sum, 1e-4) << ids[i];
+  }
+  // Quantiles: of a sum of sources, whose median is the nominal machine.
+  const core::Table quantiles = core::read_csv(study("drawn") / "coarse/short/quantiles.csv");
+  const core::Table nominal = tcp(1, "single");
+  ASSERT_EQ(quantiles.rows(), nominal.rows());
+  const double size = nominal.column("dz_um").cwiseAbs().maxCoeff();
+  EXPECT_LT((quantiles.column("dz_um_q50") - nominal.column("dz_um")).cwiseAbs().maxCoeff(), 0.05 * size);
+  EXPECT_GT((quantiles.column("dz_um_q95") - quantiles.column("dz_um_q05")).maxCoeff(), 0.05 * size);
+  EXPECT_TRUE(fs::exists(study("drawn") / "report.html"));
+  EXPECT_TRUE(fs::exists(study("drawn") / "coarse/short/sensitivities_by_pose.csv"));
+}
+
+constexpr const char* two_units = R"(
+samples = 6
+block = 3
+[[parameter]]
+kind = "film_coefficient"
+where = "*"
+[[parameter]]
+kind = "source_power"
+where = "*"
+)";
+
+TEST_F(StudyVariants, AUnitIsComputedOnceByWhateverTask) {
+  const Result whole = run(two_units, {"--local"});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  EXPECT_EQ(json::parse(whole.out)["computed"], 2);
+  const auto files = files_in(study());
+  fs::remove_all(study());
+
+  // The scripts for Slurm as they are, one task after another: the same bytes, and what is missing is named.
+  const Result scripts = run(two_units, {"--slurm", "--tasks", "2", "--task-threads", "1"});
+  ASSERT_EQ(scripts.status, 0) << scripts.err;
+  EXPECT_FALSE(fs::exists(study() / "units"));
+  const std::string slurm = (study() / "slurm").string(), said = (study() / "said").string();
+  const auto job = [&](const std::string& script, int task) {
+    const std::string command =
+        fmt::format("cd / && SLURM_ARRAY_TASK_ID={} bash '{}/{}' >/dev/null 2>'{}'", task, slurm, script, said);
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(job("array.sbatch", 1), 0);
+  EXPECT_EQ(job("gather.sbatch", 0), 3);
+  EXPECT_SAYS(read(said), "1 of 2 units have no result");
+  EXPECT_SAYS(read(said), "variants 1 to 3 of 'short'");
+  EXPECT_EQ(job("array.sbatch", 0), 0);
+  EXPECT_EQ(job("gather.sbatch", 0), 0);
+  for (const auto& [name, bytes] : files)
+    if (name.ends_with(".csv") || name.ends_with("done")) EXPECT_EQ(read(study() / name), bytes) << name;
+  EXPECT_EQ(WEXITSTATUS(std::system(("env PATH=/none /bin/bash '" + slurm + "/submit.sh' 2>/dev/null").c_str())), 3);
+
+  // A table that was changed afterwards is computed again; the other unit is kept.
+  for (const auto& [name, bytes] : files)
+    if (name.ends_with("tcp_00002.csv")) std::ofstream(study() / name) << "time_s\n";
+  const Result repaired = run(two_units);
+  EXPECT_EQ(json::parse(repaired.out)["computed"], 1);
+  EXPECT_EQ(json::parse(repaired.out)["kept"], 1);
+  // Another machine: nothing of the earlier results is taken for its own.
+  toy_.edit("machine.toml", "spindle_max_rpm = 12000", "spindle_max_rpm = 12001");
+  const Result other = run(two_units);
+  EXPECT_EQ(json::parse(other.out)["computed"], 2);
+  EXPECT_SAYS(other.err, "2 units in");
+}
+
+TEST_F(StudyVariants, AStoppedUnitGoesOnWithTheSameBits) {
+  toy_.edit("loads/short.toml", "time_step_s = 300", "time_step_s = 10");
+  const std::string plan_file = plan(two_units);
+  const std::vector<std::string> words{"study", "variants", plan_file, "--quiet", "--checkpoint-every", "0.05"};
+  auto with_out = words;
+  with_out.insert(with_out.end(), {"--out", toy_.out()});
+  fs::path found;
+  Result stopped;
+  {
+    Program program(with_out);
+    while (found.empty() && program.is_running()) {
+      std::error_code ignored;
+      for (const auto& entry : fs::recursive_directory_iterator(toy_.result("study"), ignored))
+        if (entry.path().filename() == "checkpoint.bin") found = entry.path();
+      program.ends_within(0.005);
+    }
+    program.send(SIGTERM);
+    stopped = program.wait();
+  }
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(stopped.status, 130) << stopped.err;
+  EXPECT_TRUE(fs::exists(found));
+  ASSERT_EQ(toy_.run(words).status, 0);
+  const auto resumed = files_in(toy_.result("study"));
+  fs::remove_all(toy_.result("study"));
+  ASSERT_EQ(toy_.run(words).status, 0);
+  for (const auto& [name, bytes] : files_in(toy_.result("study"))) {
+    EXPECT_FALSE(name.ends_with("checkpoint.bin"));
+    if (name.ends_with(".csv")) EXPECT_EQ(bytes, resumed.at(name)) << name;
+  }
+}
+
+TEST_F(StudyVariants, MeshSizesAndMaterialsAreGroupsOfTheirOwn) {
+  const Result made = run(R"(
+size = ["coarse", "0.9"]
+[[parameter]]
+kind = "expansion_coefficient"
+where = "iron"
+values = [1.0, 1.2]
+)");
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json summary = json::parse(made.out);
+  EXPECT_EQ(summary["units"], 4);
+  ASSERT_EQ(summary["groups"].size(), 2U);
+  const double coarse = tcp(1).column("dz_um").cwiseAbs().maxCoeff(),
+               more = tcp(2).column("dz_um").cwiseAbs().maxCoeff();
+  EXPECT_GT(std::abs(more - coarse), 0.01 * coarse);
+  EXPECT_TRUE(fs::exists(study() / "0.9/short/quantiles.csv"));
+}
+
+TEST_F(StudyVariants, ReducedIsSaidAndNear) {
+  toy_.take_results();  // with a model of the case before it was made affine
+  const Result full = run(three_kinds), reduced = run(three_kinds, {"--reduced"}, "reduced");
+  ASSERT_EQ(reduced.status, 0) << reduced.err;
+  EXPECT_EQ(json::parse(reduced.out)["model"], "reduced");
+  EXPECT_SAYS(json::parse(reduced.out)["computed_by"].get<std::string>(), "order");
+  EXPECT_SAYS(read(study("reduced") / "report.html"), "reduced model");
+  const Eigen::VectorXd ours = tcp(8, "reduced").column("dz_um"), theirs = tcp(8).column("dz_um");
+  EXPECT_LT((ours - theirs).cwiseAbs().maxCoeff(), 0.05 * theirs.cwiseAbs().maxCoeff());
+}
+
+struct Slip {
+  const char *text, *place, *value, *allowed;
+};
+
+TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
+  const Slip slips[] = {
+      {"sample = 3\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n", "plan.toml:4", "sample", "samples"},
+      {"[[parameter]]\nkind = \"source_powr\"\nwhere = \"*\"\n", "plan.toml:5", "source_powr", "source_power"},
+      {"[[parameter]]\nkind = \"sensor_offset\"\nwhere = \"T1\"\nstd = 1\n", "kind", "sensor_offset", "one of"},
+      {"[[parameter]]\nkind = \"source_power\"\nwhere = \"spindel\"\nvalues = [1]\n", "where", "spindel", "spindle"},
+      {"[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1, 9]\n", "values", "9", "0 to 8"},
+      {"[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nrange = [2, 1]\n", "range", "[2, 1]", "low < high"},
+      {"[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n", "plan.toml", "samples = 0", "1 or more"},
+      {"samples = 3\n[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"air\"\n", "where", "no std_percent", "std"},
+      {"samples = 3\n[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"air\"\nstd_percent = 3\n", "std_percent",
+       "ambient_offset", "std, in K"},
+      {"size = \"corse\"\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "corse", "corse",
+       "coarse"},
+  };
+  for (const Slip& slip : slips) {
+    const Result result = run(slip.text);
+    EXPECT_EQ(result.status, 3) << slip.text << result.err;
+    for (const char* part : {slip.place, slip.value, slip.allowed}) EXPECT_SAYS(result.err, part) << slip.text;
+    EXPECT_FALSE(fs::exists(study() / "units")) << slip.text;
+  }
+}
+
+TEST_F(StudyVariants, AVariantThatCannotBeMeshedIsNamedAndTheOthersGoOn) {
+  toy_.edit("machine.toml", "id = \"bed\"\nmaterial = \"iron\"",
+            "id = \"bed\"\nmax_elements = 3000\nmaterial = \"iron\"");
+  const Result made =
+      run("size = [\"0.3\", \"coarse\"]\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_SAYS(made.err, "size 0.3");
+  EXPECT_SAYS(made.err, "bed");
+  const json summary = json::parse(made.out);
+  EXPECT_EQ(summary["failed"].size(), 1U);
+  EXPECT_EQ(summary["computed"], 1);
+  EXPECT_TRUE(fs::exists(study() / "coarse/short/quantiles.csv"));
+}
+
+TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
+  toy_.edit("loads/short.toml", "time_step_s = 300", "time_step_s = 10");
+  const std::string plan_file = plan(two_units);
+  Program first({"study", "variants", plan_file, "--quiet", "--out", toy_.out()});
+  while (!fs::exists(study() / "lock") && first.is_running()) first.ends_within(0.005);
+  const Result second = toy_.run({"study", "variants", plan_file, "--quiet"});
+  EXPECT_EQ(second.status, 3);
+  EXPECT_SAYS(second.err, "writes here");
+  first.send(SIGTERM);
+  first.wait();
+}
+
+TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
+  const Toy toy;
+  toy.take_results();
+  const Result made =
+      toy.run({"study", "sensors", toy.path(), "--spacing", "80", "--json", "--quiet", "--confirm", "1"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json summary = json::parse(made.out);
+  EXPECT_EQ(summary["chosen"]["sensors"], summary["own"]["sensors"]);
+  EXPECT_LT(summary["chosen"]["left_um"].get<double>(), summary["own"]["left_um"].get<double>());
+  EXPECT_LT(summary["own"]["left_um"].get<double>(), summary["without_um"].get<double>());
+  EXPECT_GE(summary["chosen"]["after_loss_um"].get<double>(), summary["chosen"]["left_um"].get<double>());
+  EXPECT_GT(summary["confirmed"]["chosen_um"][0].get<double>(), 0.0);
+  const core::Table curve = core::read_csv(toy.result("study/sensors/curve.csv"));
+  ASSERT_EQ(curve.rows(), summary["chosen"]["sensors"].get<int>());
+  for (Eigen::Index k = 1; k < curve.rows(); ++k) EXPECT_LE(curve.values(k, 1), curve.values(k - 1, 1) * (1 + 1e-9));
+  EXPECT_TRUE(fs::exists(toy.result("study/sensors/report.html")));
+  // No sensor sits on a table that turns without end, nor where a rule forbids it.
+  EXPECT_EQ(read(toy.result("study/sensors/sensors.toml")).find("body = \"table\""), std::string::npos);
+  const Result wrong = toy.run({"study", "sensors", toy.path(), "--without", "swivell", "--quiet"});
+  EXPECT_EQ(wrong.status, 3);
+  EXPECT_SAYS(wrong.err, "nearest: swivel");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/placement/sensor_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace thermotwin::study {
+namespace {
+
+using Eigen::MatrixXd;
+
+constexpr double never = 1e12;  // s, memory of a parameter that stays
+
+std::vector<UncertainParameter> parameters(int count, double memory = never) {
+  std::vector<UncertainParameter> made(count);
+  for (UncertainParameter& one : made) {
+    one.std = 1.0;
+    one.memory = memory;
+  }
+  return made;
+}
+
+/// A state that is the parameters themselves, at these times.
+LoadResponses standing(int count, std::vector<double> times) {
+  LoadResponses load;
+  load.times = std::move(times);
+  load.states.assign(load.times.size(), MatrixXd::Identity(count, count));
+  return load;
+}
+
+MatrixXd row(std::initializer_list<double> values) {
+  return Eigen::Map<const Eigen::RowVectorXd>(values.begin(), std::ssize(values));
+}
+
+TEST(SensorChoice, LeavesWhatTheFormulaSays) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 2.0;  // um per K
+  ChoiceOptions options;
+  options.noise_K = 0.3;
+  options.bias_K = 0.4;
+  const SensorChoice one({standing(1, {60.0})}, parameters(1), row({1.0}), tcp, options);
+  EXPECT_NEAR(one.left_um({}), 2.0, 1e-12);
+  // Prior 1, noise and bias together 0.5: the posterior variance is 0.25 / 1.25.
+  EXPECT_NEAR(one.left_um({0}), 2.0 * std::sqrt(0.25 / 1.25), 1e-9);
+  EXPECT_NEAR(one.left_after_loss_um({0}), 2.0, 1e-12);
+
+  // Many readings average the noise; the bias stays.
+  options.noise_K = 0.01;
+  std::vector<double> times;
+  for (int i = 1; i <= 400; ++i) times.push_back(60.0 * i);
+  const SensorChoice many({standing(1, times)}, parameters(1), row({1.0}), tcp, options);
+  EXPECT_NEAR(many.left_um({0}), 2.0 * std::sqrt(0.16 / 1.16), 1e-3);
+}
+
+TEST(SensorChoice, ForgetsWithTheMemoryOfAParameter) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 1.0;
+  ChoiceOptions options;
+  options.bias_K = 0.0;
+  options.noise_K = 1.0;
+  // Times so far apart that each reading begins from the prior again: variance 1 / 2 each time.
+  const SensorChoice choice({standing(1, {1e6, 2e6, 3e6})}, parameters(1, 10.0), row({1.0}), tcp, options);
+  EXPECT_NEAR(choice.left_um({0}), std::sqrt(0.5), 1e-9);
+}
+
+TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
+  // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places 0
+  // and 1 together tell all.
+  MatrixXd tcp = MatrixXd::Zero(3, 3);
+  tcp(0, 0) = tcp(0, 1) = 1.0;
+  MatrixXd places(4, 3);
+  places << 1, 0, 0, 0, 1, 0, 1, 1, 0.6, 0, 0, 0.1;
+  ChoiceOptions options;
+  options.noise_K = 0.05;
+  options.bias_K = 0.0;
+  const SensorChoice choice({standing(3, {60.0})}, parameters(3), places, tcp, options);
+  EXPECT_EQ(choice.greedy(1), std::vector<int>{2});
+  const std::vector<int> greedy = choice.greedy(2), mended = choice.chosen(2);
+  EXPECT_LT(choice.left_um(mended), choice.left_um(greedy));
+  // No pair is better.
+  double best = std::numeric_limits<double>::infinity();
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) best = std::min(best, choice.left_um({a, b}));
+  EXPECT_NEAR(choice.left_um(mended), best, 1e-12);
+  EXPECT_LT(choice.left_um(mended), 0.2 * choice.left_um({3}));
+}
+
+TEST(SensorChoice, SurvivesTheLossOfAnySensorWhereAsked) {
+  // Places 0 to 2 read theta_0, places 3 to 5 theta_1; the error is of theta_0 for the most part.
+  MatrixXd tcp = MatrixXd::Zero(3, 2);
+  tcp(0, 0) = 3.0;
+  tcp(1, 1) = 1.0;
+  MatrixXd places(6, 2);
+  places << 1, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1;
+  ChoiceOptions options;
+  options.noise_K = 0.01;
+  options.bias_K = 0.1;
+  const SensorChoice careless({standing(2, {60.0})}, parameters(2), places, tcp, options);
+  options.any_loss = true;
+  const SensorChoice careful({standing(2, {60.0})}, parameters(2), places, tcp, options);
+  const std::vector<int> start{0, 3, 4};
+  EXPECT_NEAR(careful.left_after_loss_um(start), 3.0, 0.2);
+  EXPECT_LT(careful.left_after_loss_um(careful.exchanged(start)), 1.1);
+}
+
+}  // namespace
+}  // namespace thermotwin::study

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/statistics/sensitivity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "study/plan/design.h"
+
+namespace thermotwin::study {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The g-function (Saltelli and Sobol 1995) of values in [0, 1], with the shares that it is known to have.
+struct GFunction {
+  VectorXd a;
+  double operator()(const VectorXd& x) const {
+    double product = 1.0;
+    for (Eigen::Index i = 0; i < a.size(); ++i) product *= (std::abs(4.0 * x[i] - 2.0) + a[i]) / (1.0 + a[i]);
+    return product;
+  }
+  double part(Eigen::Index i) const { return 1.0 / 3.0 / std::pow(1.0 + a[i], 2); }
+  double variance() const {
+    double product = 1.0;
+    for (Eigen::Index i = 0; i < a.size(); ++i) product *= 1.0 + part(i);
+    return product - 1.0;
+  }
+  double first(Eigen::Index i) const { return part(i) / variance(); }
+  double total(Eigen::Index i) const { return part(i) * (1.0 + variance()) / (1.0 + part(i)) / variance(); }
+};
+
+bool holds(const Share& share, double value) { return share.low - 1e-12 <= value && value <= share.high + 1e-12; }
+
+TEST(Sensitivity, PickFreezeIntervalsHoldTheKnownShares) {
+  const GFunction g{(VectorXd(5) << 0.0, 0.5, 1.0, 3.0, 9.0).finished()};
+  int held = 0, all = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    constexpr int samples = 800, d = 5;
+    const MatrixXd shares = drawn_shares(samples, 2 * d, seed, false);
+    MatrixXd outputs(samples * (d + 2), 1);
+    for (int s = 0; s < samples; ++s) {
+      const VectorXd a = shares.row(s).head(d), b = shares.row(s).tail(d);
+      outputs(s * (d + 2), 0) = g(a);
+      outputs(s * (d + 2) + 1, 0) = g(b);
+      for (int i = 0; i < d; ++i) {
+        VectorXd ab = a;
+        ab[i] = b[i];
+        outputs(s * (d + 2) + 2 + i, 0) = g(ab);
+      }
+    }
+    const Sensitivity found = pick_freeze(outputs, d);
+    for (int i = 0; i < d; ++i) {
+      held += holds(found.first[i], g.first(i)) + holds(found.total[i], g.total(i));
+      all += 2;
+      EXPECT_NEAR(found.first[i].value, g.first(i), 0.15) << seed << " " << i;
+      EXPECT_NEAR(found.total[i].value, g.total(i), 0.15) << seed << " " << i;
+    }
+  }
+  EXPECT_GE(held, 0.90 * all) << all;
+  EXPECT_LE(held, 0.98 * all) << all;
+}
+
+/// Two outputs that are smooth in six factors, with a product and a part that no polynomial of degree 2 has.
+struct Smooth {
+  static constexpr int d = 6;
+  VectorXd operator()(const VectorXd& u) const {  // u: uniform in [-1, 1]
+    VectorXd y(2);
+    y[0] = 5.0 * u[0] + 2.0 * u[1] + 1.5 * u[0] * u[1] + 0.8 * std::sin(2.0 * std::numbers::pi * u[2]);
+    y[1] = 3.0 * u[3] + 2.0 * (u[4] * u[4] - 1.0 / 3.0);
+    return y;
+  }
+  /// Contributions to the sum of the variances.
+  static VectorXd first() { return (VectorXd(d) << 25.0 / 3, 4.0 / 3, 0.32, 3.0, 4.0 * 4.0 / 45.0, 0.0).finished(); }
+  static double product() { return 2.25 / 9.0; }
+  static double variance() { return first().sum() + product(); }
+};
+
+TEST(Sensitivity, RegressionIntervalsHoldTheKnownShares) {
+  const Smooth smooth;
+  const std::vector<Distribution> distributions(Smooth::d, Distribution::uniform(-1.0, 1.0));
+  int held = 0, all = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    const MatrixXd u = 2.0 * drawn_shares(200, Smooth::d, seed, false).array() - 1.0;
+    MatrixXd outputs(u.rows(), 2);
+    for (int s = 0; s < u.rows(); ++s) outputs.row(s) = smooth(u.row(s).transpose()).transpose();
+    const Sensitivity found = by_regression(u, distributions, outputs);
+    EXPECT_LT(found.unexplained, 0.06);
+    for (int i = 0; i < Smooth::d; ++i) {
+      if (i == 2) continue;  // the sine: not a polynomial, of the remainder
+      const double first = Smooth::first()[i] / Smooth::variance();
+      held += holds(found.first[i], first);
+      ++all;
+      EXPECT_NEAR(found.first[i].value, first, 0.06) << seed << " " << i;
+    }
+    const double total = (Smooth::first()[0] + Smooth::product()) / Smooth::variance();
+    EXPECT_TRUE(holds(found.total[0], total)) << seed;
+    EXPECT_TRUE(holds(found.total[2], Smooth::first()[2] / Smooth::variance())) << seed;
+  }
+  EXPECT_GE(held, 0.90 * all) << all;
+  EXPECT_LE(held, 0.98 * all) << all;
+}
+
+TEST(Sensitivity, OfManyOutputsIsThatOfTheirScores) {
+  MatrixXd few = drawn_shares(40, 3, 3, false), spread = drawn_shares(3, 300, 4, false);
+  const MatrixXd many = few * spread;
+  const MatrixXd scores = scores_of(many);
+  EXPECT_LE(scores.cols(), 4);
+  const MatrixXd centred = many.rowwise() - many.colwise().mean();
+  EXPECT_NEAR((scores * scores.transpose() - centred * centred.transpose()).norm(), 0.0, 1e-6 * centred.squaredNorm());
+}
+
+TEST(Sensitivity, AsksForEnoughSamples) {
+  const std::vector<Distribution> distributions(3, Distribution::uniform(0.0, 1.0));
+  EXPECT_THROW(by_regression(MatrixXd::Random(9, 3), distributions, MatrixXd::Random(9, 2)), core::InputError);
+  EXPECT_NO_THROW(by_regression(MatrixXd::Random(10, 3), distributions, MatrixXd::Random(10, 2)));
+  EXPECT_THROW(pick_freeze(MatrixXd::Random(15, 1), 3), core::InputError);
+}
+
+}  // namespace
+}  // namespace thermotwin::study

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/study/study.h"
+
+#include "tools/command_line/common.h"
+#include "tools/command_line/verbs.h"
+
+namespace thermotwin::tools {
+namespace {
+
+void add_variants(CLI::App& group) {
+  const auto options = std::make_shared<StudyVariantsOptions>();
+  StudyVariantsOptions& variants = *options;
+  CLI::App* verb =
+      add_verb(group, "variants",
+               "Computes variants of a case after a plan: quantiles of the TCP error by pose and time, and "
+               "the parameters that matter.",
+               "thermotwin study variants family.toml\n"
+               "  thermotwin study variants family.toml --slurm --out /shared/family",
+               options, &study_variants);
+  verb->add_option("PLAN", variants.plan, "Plan (keys: docs/reference/study.md).")->required();
+  auto* reduced = verb->add_flag("--reduced", variants.reduced,
+                                 "Use the reduced model instead of the full one; the result says so.");
+  verb->add_option("--model", variants.model,
+                   "With --reduced: the reduced model (default: model.rom.h5 in --out, else made from the case).")
+      ->needs(reduced);
+  auto* local = verb->add_flag("--local", variants.local, "Compute on this host (default).");
+  auto* slurm = verb->add_flag("--slurm", variants.slurm,
+                               "Write an array job, a gathering job and submit.sh for Slurm, and compute nothing here.")
+                    ->excludes(local);
+  auto* part = verb->add_option("--part", variants.part,
+                                "Compute every N-th unit from unit I on, as I/N, and gather nothing: a task of the "
+                                "array job.")
+                   ->excludes(slurm)
+                   ->excludes(local);
+  verb->add_flag("--gather", variants.gather,
+                 "Compute nothing: make the tables of the units that are done, and name those that are missing "
+                 "(status 3).")
+      ->excludes(slurm)
+      ->excludes(part);
+  verb->add_option("--tasks", variants.tasks,
+                   "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
+      ->check(CLI::Range(1, 100000))
+      ->needs(slurm);
+  verb->add_option("--task-threads", variants.task_threads, "With --slurm: processors of a task.")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str()
+      ->needs(slurm);
+  verb->add_option("--task-memory", variants.task_memory_GiB, "With --slurm: memory of a task, GiB.")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->needs(slurm);
+  verb->add_option("--task-hours", variants.task_hours,
+                   "With --slurm: time limit of a task, h; one that reaches it goes on from its checkpoint.")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->needs(slurm);
+  verb->add_option("--partition", variants.partition, "With --slurm: partition (default: the cluster's).")
+      ->needs(slurm);
+  add_checkpoint_option(*verb, variants.checkpoint_every_s);
+  add_solver_option(*verb, variants.solver);
+}
+
+void add_sensors(CLI::App& group) {
+  const auto options = std::make_shared<StudySensorsOptions>();
+  StudySensorsOptions& sensors = *options;
+  CLI::App* verb = add_verb(group, "sensors",
+                            "Chooses places for temperature sensors that leave the observer the least variance of the "
+                            "TCP error.",
+                            "thermotwin study sensors cases/vmc5 --count 9 --confirm 5", options, &study_sensors);
+  verb->add_option("CASE", sensors.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--count", sensors.count, "Number of sensors (default: as many as the case has).")
+      ->check(CLI::Range(1, 200));
+  verb->add_option("--load", sensors.loads, "Load programs that count (default: holdout of the case).");
+  verb->add_option("--body", sensors.bodies, "Bodies that may have sensors (default: all elastic ones).");
+  verb->add_option("--without", sensors.without, "Bodies and surfaces that no sensor may be on.");
+  verb->add_flag("--on-contacts", sensors.on_contacts, "Allow places on surfaces of joints.");
+  verb->add_flag("--on-rotating", sensors.on_rotating, "Allow places on bodies that an endless axis carries.");
+  verb->add_option("--spacing", sensors.spacing_mm, "Least distance between two places, mm.")
+      ->check(CLI::Range(1.0, 10000.0))
+      ->capture_default_str();
+  verb->add_option("--noise", sensors.noise_K, "Standard deviation of a reading, K.")
+      ->check(CLI::Range(1e-6, 100.0))
+      ->capture_default_str();
+  verb->add_option("--bias", sensors.bias_K, "Standard deviation of a sensor's constant error, K.")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  verb->add_option("--every", sensors.every_min, "Time between two corrections, min.")
+      ->check(CLI::Range(0.1, 1440.0))
+      ->capture_default_str();
+  verb->add_option("--exchanges", sensors.exchanges, "Passes that replace single sensors, at most.")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  verb->add_flag("--any-loss", sensors.any_loss, "Choose for what is left after the loss of the worst sensor.");
+  verb->add_option("--confirm", sensors.confirm,
+                   "Compensate so many machines that are measured virtually, with these sensors and with the case's.")
+      ->check(CLI::Range(1, 1000));
+}
+
+}  // namespace
+
+void add_study(CLI::App& app) {
+  CLI::App* group = app.add_subcommand("study", "Computes families of machines, here or on a cluster.");
+  group->require_subcommand(1);
+  group->footer(
+      "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
+      "options.");
+  add_variants(*group);
+  add_sensors(*group);
+}
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The verb that chooses places for temperature sensors, and confirms the choice on machines measured virtually.
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "compensation/evaluation/validation.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/folder_lock.h"
+#include "core/html_page.h"
+#include "core/plot.h"
+#include "core/text.h"
+#include "core/units.h"
+#include "diagnosis/report/scene.h"
+#include "study/placement/candidates.h"
+#include "study/placement/placed_model.h"
+#include "study/placement/responses.h"
+#include "study/placement/sensor_choice.h"
+#include "tools/chain.h"
+#include "tools/page.h"
+#include "tools/study/study.h"
+
+namespace thermotwin::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using nlohmann::json;
+
+struct CurvePoint {
+  int count;
+  double left_um, after_loss_um;
+};
+
+/// RMS of the TCP error that the compensator leaves on each machine, um.
+struct Confirmed {
+  std::vector<double> own, chosen;
+};
+
+struct Choice {
+  std::vector<study::Place> places;  ///< all
+  std::vector<int> own, chosen;      ///< indices of the case's sensors (after the places), of the chosen places
+  std::vector<CurvePoint> curve;
+  double without_um = 0, own_um = 0, own_after_loss_um = 0, chosen_um = 0, chosen_after_loss_um = 0;
+  std::vector<double> without_one_um;  ///< after the loss of each chosen one
+  std::optional<Confirmed> confirmed;
+};
+
+/// Translations at the poses, um per K of state.
+MatrixXd translation_rows(const reduction::ReducedModel& model, const std::vector<mesh::Pose>& poses) {
+  const MatrixXd all = reduction::value_rows(model, poses);
+  MatrixXd rows(3 * std::ssize(poses), all.cols());
+  for (Index p = 0; p < std::ssize(poses); ++p) rows.middleRows<3>(3 * p) = all.middleRows<3>(18 * p);
+  return rows;
+}
+
+double rms_left(const compensation::Validation& validation, int draw) {
+  double sum = 0.0;
+  int count = 0;
+  for (const compensation::ValidationRow& row : validation.rows) {
+    if (row.draw != draw) continue;
+    sum += row.rms_sensors_um * row.rms_sensors_um;
+    ++count;
+  }
+  return std::sqrt(sum / std::max(count, 1));
+}
+
+std::vector<double> left_on_machines(const StudySensorsOptions& options, const solver::Case& machine_case,
+                                     const reduction::ReducedModel& model, const std::string& name) {
+  compensation::ValidationOptions settings;
+  settings.loads = options.loads;
+  settings.draws = options.confirm;
+  settings.machine.what = compensation::Perturb::thermal;
+  settings.machine.mesh_cache = options.out / "cache";
+  settings.keep = options.out / "study/sensors/measured" / name;
+  const compensation::Validation validation = compensation::validate_online(machine_case, model, settings);
+  std::vector<double> left;
+  for (int draw = 0; draw < options.confirm; ++draw) left.push_back(rms_left(validation, draw));
+  return left;
+}
+
+std::string toml_of(const std::vector<mesh::SensorSpec>& sensors) {
+  std::string text = "# Sensors chosen by `thermotwin study sensors`, in place of those of machine.toml.\n";
+  for (const mesh::SensorSpec& sensor : sensors) {
+    const Eigen::Vector3d mm = sensor.point / core::units::mm;
+    text += fmt::format("[[sensor]]\nid = \"{}\"\nbody = \"{}\"\npoint_mm = [{:.4g}, {:.4g}, {:.4g}]\n", sensor.id,
+                        sensor.body, mm.x(), mm.y(), mm.z());
+  }
+  return text;
+}
+
+std::string curve_svg(const Choice& choice) {
+  Eigen::VectorXd count(std::ssize(choice.curve)), left(count.size()), loss(count.size());
+  for (Index i = 0; i < count.size(); ++i) {
+    count[i] = choice.curve[i].count;
+    left[i] = choice.curve[i].left_um;
+    loss[i] = choice.curve[i].after_loss_um;
+  }
+  core::Axis across{"number of sensors"}, up{"left of the TCP error, um"};
+  across.include(count);
+  across.close();
+  up.include(0.0);
+  up.include(left);
+  up.include(loss);
+  up.include(choice.own_um);
+  up.close(0.05);
+  core::Plot plot(820, 340, "number of sensors against what is left of the TCP error");
+  core::Panel panel(plot, {64, 34, 730, 250}, across, up);
+  panel.y_axis();
+  panel.x_axis();
+  panel.line(count, left, core::Ink::blue);
+  panel.dots(count, left, core::Ink::blue);
+  panel.line(count, loss, core::Ink::orange);
+  panel.level(choice.own_um, "sensors of the case");
+  plot.key(plot.key(64, 18, "all sensors work", core::Ink::blue), 18, "after the loss of the worst", core::Ink::orange);
+  return core::html_wide(900, plot.inset());
+}
+
+std::vector<std::vector<std::string>> table_of(const mesh::Machine& machine, const Choice& choice) {
+  std::vector<std::vector<std::string>> rows{{"sensor", "body", "x mm", "y mm", "z mm", "left without it um"}};
+  for (std::size_t i = 0; i < choice.chosen.size(); ++i) {
+    const study::Place& place = choice.places[choice.chosen[i]];
+    const Eigen::Vector3d mm = place.point / core::units::mm;
+    rows.push_back({fmt::format("S{}", i + 1), machine.bodies[place.body].id, fmt::format("{:.1f}", mm.x()),
+                    fmt::format("{:.1f}", mm.y()), fmt::format("{:.1f}", mm.z()),
+                    fmt::format("{:.2f}", choice.without_one_um[i])});
+  }
+  return rows;
+}
+
+std::string confirmation(const Choice& choice) {
+  if (!choice.confirmed) return "";
+  const double own = core::median(choice.confirmed->own), chosen = core::median(choice.confirmed->chosen);
+  return fmt::format(
+      "on {} machines measured virtually the compensator leaves {:.2f} um with them, {:.2f} um with the "
+      "case's ({:+.0f} %, medians)",
+      choice.confirmed->own.size(), chosen, own, 100.0 * (chosen / own - 1.0));
+}
+
+std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const Choice& choice,
+                    const std::vector<mesh::SensorSpec>& sensors) {
+  const std::string title = "Sensors of " + mesh.machine.name;
+  std::vector<std::string> sentences{core::html_sentence(fmt::format(
+      "{} sensors of this choice leave {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} "
+      "um (standard deviation over poses and times).",
+      choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
+  if (choice.confirmed) sentences.push_back(core::html_sentence("Confirmed: " + confirmation(choice) + "."));
+  mesh::MachineMesh shown = mesh;
+  shown.machine.sensors = sensors;
+  return core::html_document(
+      title, core::html_title(title, "places that leave the observer the least variance of the TCP error") +
+                 core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors",
+                                    sentences) +
+                 core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
+                                    curve_svg(choice)) +
+                 diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
+                 core::html_section("Places", "in the machine's frame at home",
+                                    core::html_table(table_of(mesh.machine, choice))) +
+                 core::html_next_steps(
+                     {{"Confirm the choice on machines measured virtually:",
+                       fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
+                                   shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
+}
+
+Choice choose(const StudySensorsOptions& options, const solver::FullModel& full, const reduction::ReducedModel& model,
+              const MatrixXd& basis, const std::vector<solver::LoadProgram>& loads) {
+  study::PlaceRules rules;
+  rules.spacing = options.spacing_mm * core::units::mm;
+  rules.bodies = options.bodies;
+  rules.without = options.without;
+  rules.on_contacts = options.on_contacts;
+  rules.on_rotating = options.on_rotating;
+  Choice choice;
+  choice.places = study::sensor_places(full.mesh, rules);
+  const Index places = std::ssize(choice.places), own = std::ssize(model.machine.sensors);
+  MatrixXd rows(places + own, model.system.order());
+  for (Index i = 0; i < places; ++i) rows.row(i) = basis.row(choice.places[i].node).head(rows.cols());
+  rows.bottomRows(own) = model.system.sensors.topRows(own);
+  for (Index i = 0; i < own; ++i) choice.own.push_back(static_cast<int>(places + i));
+
+  const std::vector<study::UncertainParameter> parameters = study::uncertain_parameters(model);
+  std::vector<study::LoadResponses> along;
+  for (const solver::LoadProgram& load : loads)
+    along.push_back(study::responses(model, parameters, load, options.every_min * core::units::minute));
+  study::ChoiceOptions how;
+  how.noise_K = options.noise_K;
+  how.bias_K = options.bias_K;
+  how.exchanges = options.exchanges;
+  how.any_loss = options.any_loss;
+  how.choosable = places;
+  const study::SensorChoice judge(along, parameters, rows,
+                                  translation_rows(model, mesh::workspace_poses(model.machine)), how);
+  const int count = options.count > 0 ? options.count : static_cast<int>(own);
+  if (count < 1 || count > places) {
+    throw core::InputError("--count", std::to_string(count),
+                           fmt::format("1 to {}: the places that the rules leave", places));
+  }
+  const std::vector<int> greedy = judge.greedy(count);
+  for (int k = 1; k <= count; ++k) {
+    const std::vector<int> first(greedy.begin(), greedy.begin() + k);
+    choice.curve.push_back({k, judge.left_um(first), judge.left_after_loss_um(first)});
+  }
+  choice.chosen = judge.chosen(count);
+  choice.without_um = judge.left_um({});
+  choice.own_um = judge.left_um(choice.own);
+  choice.own_after_loss_um = own > 0 ? judge.left_after_loss_um(choice.own) : choice.without_um;
+  choice.chosen_um = judge.left_um(choice.chosen);
+  choice.chosen_after_loss_um = judge.left_after_loss_um(choice.chosen);
+  choice.curve.back() = {count, choice.chosen_um, choice.chosen_after_loss_um};
+  for (std::size_t lost = 0; lost < choice.chosen.size(); ++lost) {
+    std::vector<int> rest = choice.chosen;
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(lost));
+    choice.without_one_um.push_back(judge.left_um(rest));
+  }
+  return choice;
+}
+
+}  // namespace
+
+void study_sensors(const StudySensorsOptions& given) {
+  const Stopwatch time;
+  StudySensorsOptions options = given;
+  const solver::Case machine_case = open_case(options.case_path, "", 0);
+  if (options.loads.empty()) options.loads = machine_case.holdout;
+  const std::vector<solver::LoadProgram> loads = load_programs(machine_case, options.loads);
+  if (loads.empty()) throw core::UsageError("--load: the case holds no load program out");
+  const fs::path folder = options.out / "study/sensors";
+  require_writable(folder);
+  const solver::FullModel full = build(machine_case, options.out);
+  const ReducedCase made = make_reduced_model(full, machine_case, {}, true, options.out);
+  const core::FolderLock lock(folder);
+  Choice choice = choose(options, full, made.model, made.summary.basis, loads);
+  std::vector<study::Place> places;
+  MatrixXd rows(std::ssize(choice.chosen), made.model.system.order());
+  for (const int index : choice.chosen) {
+    rows.row(std::ssize(places)) = made.summary.basis.row(choice.places[index].node).head(rows.cols());
+    places.push_back(choice.places[index]);
+  }
+  const std::vector<mesh::SensorSpec> sensors = study::placed_sensors(machine_case.machine, places);
+  if (options.confirm > 0) {
+    const solver::Case placed = study::placed_case(machine_case, sensors);
+    choice.confirmed =
+        Confirmed{left_on_machines(options, machine_case, made.model, "own"),
+                  left_on_machines(options, placed, study::placed_model(made.model, placed.machine, rows), "chosen")};
+  }
+  std::string curve = "sensors,left_um,left_after_loss_um\n";
+  for (const CurvePoint& point : choice.curve)
+    curve += fmt::format("{},{:.9g},{:.9g}\n", point.count, point.left_um, point.after_loss_um);
+  core::write_file(folder / "curve.csv", curve);
+  core::write_file(folder / "sensors.toml", toml_of(sensors));
+  json summary = {
+      {"places", choice.places.size()},
+      {"without_um", choice.without_um},
+      {"own",
+       {{"sensors", choice.own.size()}, {"left_um", choice.own_um}, {"after_loss_um", choice.own_after_loss_um}}},
+      {"chosen",
+       {{"sensors", choice.chosen.size()},
+        {"left_um", choice.chosen_um},
+        {"after_loss_um", choice.chosen_after_loss_um}}},
+      {"order", made.model.system.order()},
+      {"seconds", time.seconds()},
+      {"peak_GiB", peak_memory_GiB()}};
+  if (choice.confirmed)
+    summary["confirmed"] = {{"own_um", choice.confirmed->own}, {"chosen_um", choice.confirmed->chosen}};
+  core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
+  write_page(folder / "report.html", [&] { return page_of(options, full.mesh, choice, sensors); });
+  std::string text = core::format_table(table_of(machine_case.machine, choice));
+  text += fmt::format(
+      "\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
+      "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
+      choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um, choice.chosen.size(),
+      choice.own_after_loss_um, choice.chosen_after_loss_um);
+  if (choice.confirmed) text += confirmation(choice) + "\n";
+  text += fmt::format("sensors.toml, curve.csv and report.html in {}; {:.0f} s\n", folder.string(), time.seconds());
+  print_summary(options, text, summary.dump());
+}
+
+}  // namespace thermotwin::tools

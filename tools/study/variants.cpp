@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The verb that computes variants of a case, here or as the tasks of an array job, and gathers their tables.
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <optional>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/folder_lock.h"
+#include "core/progress.h"
+#include "core/text.h"
+#include "reduction/model/model_file.h"
+#include "study/plan/design.h"
+#include "study/units/slurm.h"
+#include "study/units/unit.h"
+#include "study/units/unit_files.h"
+#include "study/variants/variant_results.h"
+#include "study/variants/variant_runner.h"
+#include "tools/chain.h"
+#include "tools/page.h"
+#include "tools/study/study.h"
+#include "tools/study/variants_page.h"
+
+namespace thermotwin::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::size_t most_tasks = 200, most_variants = 100000;
+
+struct Part {
+  std::size_t index = 0, of = 1;
+};
+
+Part part_of(const std::string& words) {
+  if (words.empty()) return {};
+  Part part;
+  char rest = 0;
+  if (std::sscanf(words.c_str(), "%zu/%zu%c", &part.index, &part.of, &rest) != 2 || part.of == 0 ||
+      part.index >= part.of)
+    throw core::UsageError("--part " + words + ": not I/N with I from 0 to N - 1");
+  return part;
+}
+
+/// What came of the units.
+struct Work {
+  std::size_t computed = 0, kept = 0;
+  std::vector<std::string> failed;
+  Eigen::Index nodes = 0;
+};
+
+std::string words_of(const study::Unit& unit, const study::StudyPlan& plan, const study::Design& design) {
+  std::string words =
+      fmt::format("variants {} to {}, size {}", unit.variants.front() + 1, unit.variants.back() + 1, unit.size);
+  if (unit.variants.size() > 1) return words;
+  for (std::size_t p = 0; p < plan.parameters.size(); ++p)
+    words += fmt::format(", {} = {:.6g}", plan.parameters[p].name, design.variants[unit.variants.front()].values[p]);
+  return words;
+}
+
+/// Computes the units of the part. One that cannot be computed is named; the others go on.
+Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, const study::Design& design,
+             const std::vector<study::Unit>& units, const study::RunnerOptions& how) {
+  const Part part = part_of(options.part);
+  study::VariantRunner runner(plan, design, how);
+  Work work;
+  std::map<std::string, std::string> hopeless;  // matrices, message
+  std::optional<std::string> last;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    if (u % part.of != part.index) continue;
+    const study::Unit& unit = units[u];
+    const auto known = hopeless.find(unit.matrices);
+    try {
+      if (known == hopeless.end()) ++(runner.run(unit) ? work.computed : work.kept);
+    } catch (const core::MeshError& error) {
+      hopeless[unit.matrices] = error.what();
+    } catch (const core::SolverError& error) {
+      hopeless[unit.matrices] = error.what();
+    }
+    if (!hopeless.contains(unit.matrices)) continue;
+    work.failed.push_back(words_of(unit, plan, design) + ": " + hopeless.at(unit.matrices));
+    if (last != unit.matrices) core::warn(work.failed.back());
+    last = unit.matrices;
+  }
+  work.nodes = runner.nodes();
+  if (work.computed + work.kept == 0 && !work.failed.empty())
+    throw core::InputError(plan.path.string(), "no variant can be computed: " + work.failed.front(),
+                           "a plan with variants that mesh and solve");
+  return work;
+}
+
+void write_scripts(const StudyVariantsOptions& options, const std::vector<study::Unit>& units, const fs::path& study) {
+  study::SlurmJob job;
+  job.name = options.plan.stem().string();
+  job.program = fs::read_symlink("/proc/self/exe").string();
+  job.command = "study variants " + shell_word(fs::absolute(options.plan)) + " --out " +
+                shell_word(fs::absolute(options.out)) +
+                fmt::format(" --checkpoint-every {:g} --solver {}", options.checkpoint_every_s, options.solver);
+  if (options.reduced) job.command += " --reduced --model " + shell_word(fs::absolute(options.model));
+  job.folder = fs::absolute(study / "slurm");
+  job.tasks = static_cast<int>(
+      std::min(units.size(), options.tasks > 0 ? static_cast<std::size_t>(options.tasks) : most_tasks));
+  job.threads = options.task_threads;
+  job.memory_GiB = options.task_memory_GiB;
+  job.hours = options.task_hours;
+  job.partition = options.partition;
+  study::write_slurm(job);
+  const fs::path submit = job.folder / "submit.sh";
+  if (std::system("command -v sbatch >/dev/null 2>&1") != 0)
+    core::warn("sbatch is not found here: the scripts are for a host with Slurm that shares " + job.folder.string());
+  print_summary(options,
+                fmt::format("{} units in {} tasks; submit them: bash {}\n", units.size(), job.tasks, submit.string()),
+                json({{"units", units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
+}
+
+json json_of(const study::VariantStudy& results) {
+  json groups = json::array();
+  for (const study::GroupStudy& group : results.groups) {
+    json of = {{"group", group.name}, {"variants", group.variants}, {"asked", group.asked}, {"loads", json::array()}};
+    if (!group.why_no_sensitivity.empty()) of["why_no_sensitivity"] = group.why_no_sensitivity;
+    for (const study::LoadStudy& load : group.loads) {
+      json one = {
+          {"load", load.load}, {"largest_q50_um", load.largest_q50_um}, {"largest_q95_um", load.largest_q95_um}};
+      if (load.sensitivity) {
+        one["unexplained"] = load.sensitivity->unexplained;
+        one["matter"] = json::array();
+        for (const int p : study::that_matter(*load.sensitivity)) {
+          const study::Share &first = load.sensitivity->first[p], &total = load.sensitivity->total[p];
+          one["matter"].push_back({{"parameter", results.drawn[p]},
+                                   {"first", first.value},
+                                   {"first_ci95", {first.low, first.high}},
+                                   {"total", total.value},
+                                   {"total_ci95", {total.low, total.high}}});
+        }
+      }
+      of["loads"].push_back(one);
+    }
+    groups.push_back(of);
+  }
+  return groups;
+}
+
+std::string table_of(const study::VariantStudy& results) {
+  std::vector<std::vector<std::string>> rows{
+      {"group", "load", "variants", "median um", "95 % below um", "parameters that matter (total share)"}};
+  for (const study::GroupStudy& group : results.groups) {
+    for (const study::LoadStudy& load : group.loads) {
+      std::vector<std::string> matter;
+      if (load.sensitivity) {
+        for (const int p : study::that_matter(*load.sensitivity)) {
+          if (matter.size() == 4) break;
+          matter.push_back(fmt::format("{} {:.2f}", results.drawn[p], load.sensitivity->total[p].value));
+        }
+      }
+      const std::string no = group.why_no_sensitivity.empty() ? "-" : "none: " + group.why_no_sensitivity;
+      rows.push_back({group.name, load.load, fmt::format("{} of {}", group.variants, group.asked),
+                      fmt::format("{:.2f}", load.largest_q50_um), fmt::format("{:.2f}", load.largest_q95_um),
+                      matter.empty() ? no : core::join(matter)});
+    }
+  }
+  return core::format_table(rows);
+}
+
+/// Of a reduced model: the one asked for, that of an earlier verb, or a new one.
+reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study::StudyPlan& plan) {
+  if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
+  if (options.model.empty() && (options.slurm || options.gather || !options.part.empty()))
+    throw core::UsageError("--reduced on several hosts needs --model, or model.rom.h5 in --out");
+  if (plan.sizes.size() > 1)
+    throw core::UsageError("--reduced: a reduced model has one mesh, the plan " + std::to_string(plan.sizes.size()) +
+                           " sizes");
+  reduction::ReducedModel model = model_for(plan.machine_case.folder, options.model, options.out);
+  if (options.model.empty()) options.model = options.out / "model.rom.h5";
+  return model;
+}
+
+}  // namespace
+
+void study_variants(const StudyVariantsOptions& given) {
+  const Stopwatch time;
+  StudyVariantsOptions options = given;
+  part_of(options.part);
+  const study::StudyPlan plan = study::read_variant_plan(options.plan);
+  const study::Design design = study::make_design(plan);
+  if (design.variants.size() > most_variants) {
+    throw core::InputError(plan.path.string(), fmt::format("{} variants", design.variants.size()),
+                           fmt::format("{} at most", most_variants));
+  }
+  const fs::path folder = options.out / "study" / plan.name();
+  require_writable(folder);
+  study::UnitOrigin origin{THERMOTWIN_VERSION, "full"};
+  std::optional<reduction::ReducedModel> model;
+  std::string computed_by = "every unknown of the mesh";
+  if (options.reduced) {
+    model = reduced_model(options, plan);
+    origin.model = "reduced " + core::content_hash(core::read_file(options.model));
+    computed_by = fmt::format("order {}, made of {}", model->system.order(), model->size);
+  }
+  const std::vector<study::Unit> units = study::make_units(plan, design, origin);
+  if (options.slurm) return write_scripts(options, units, folder);
+  if (const auto stale = study::stale_units(folder, units); !stale.empty()) {
+    core::warn(fmt::format("{} units in {} are of another plan, machine, model or version; they are not used",
+                           stale.size(), (folder / "units").string()));
+  }
+  Work work;
+  std::optional<core::FolderLock> lock;  // the tasks of an array lock their units only
+  if (options.part.empty()) lock.emplace(folder);
+  if (!options.gather) {
+    if (options.part.empty()) study::require_disk(folder, study::disk_need(plan, design));
+    study::RunnerOptions how;
+    how.study = folder;
+    how.cache = options.out / "cache";
+    how.solver = solver::solver_choice(options.solver, "--solver");
+    how.reduced = model ? &*model : nullptr;
+    how.checkpoint_s = options.checkpoint_every_s;
+    work = compute(options, plan, design, units, how);
+    if (work.nodes > 0) computed_by = fmt::format("{} nodes", work.nodes);
+  }
+  json summary = {{"variants", design.variants.size()},
+                  {"units", units.size()},
+                  {"computed", work.computed},
+                  {"kept", work.kept},
+                  {"failed", work.failed},
+                  {"model", options.reduced ? "reduced" : "full"},
+                  {"computed_by", computed_by},
+                  {"seconds", time.seconds()},
+                  {"peak_GiB", peak_memory_GiB()}};
+  if (!options.part.empty()) {
+    return print_summary(
+        options, fmt::format("part {}: {} units computed, {} done before\n", options.part, work.computed, work.kept),
+        summary.dump());
+  }
+  const study::VariantStudy results = study::gather(folder, plan, design, units);
+  study::write_results(folder, plan, design, results);
+  summary["groups"] = json_of(results);
+  summary["missing"] = results.missing;
+  core::write_file(folder / "study.json", summary.dump(1) + "\n");
+  write_page(folder / "report.html", [&] { return variants_page({options, plan, design, results, computed_by}); });
+  print_summary(
+      options,
+      fmt::format("{}\n{} variants on the {} model, {}; {} units computed, {} done before; {:.0f} s, peak memory "
+                  "{:.2f} GiB\ntables and report.html in {}\n",
+                  table_of(results), design.variants.size(), options.reduced ? "reduced" : "full", computed_by,
+                  work.computed, work.kept, time.seconds(), peak_memory_GiB(), folder.string()),
+      summary.dump());
+  if (options.gather && !results.missing.empty()) {
+    throw core::InputError(folder.string(),
+                           fmt::format("{} of {} units have no result: {}", results.missing.size(), units.size(),
+                                       core::join(results.missing, "; ")),
+                           "all units done; submit the study again, or compute them with --local");
+  }
+}
+
+}  // namespace thermotwin::tools
