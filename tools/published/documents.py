@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What each document tested, on which machine, and the figures in its print."""
+from dataclasses import dataclass, field
+
+AMBIENT = ["ambient_1", "ambient_3", "ambient_7", "ambient_9"]
+AXES = ["spindle_3000", "spindle_12000", "x_rapid", "y_rapid", "z_rapid", "table_1200", "swivel_pendular", "fluid"]
+ALL = ("dx", "dy", "dz")
+SURROUNDINGS = "T_s"  # the air in records with differences, which are against what their document says
+MIDDLE = "X=0,Y=0,Z=275,B=0"
+# Six places in a plane as of the spheres of 001, Table 1: corners of Y and Z and two between them.
+SPHERES = ["X=0,Y=325,Z=0,B=0", "X=0,Y=0,Z=10,B=0", "X=0,Y=-325,Z=10,B=0", "X=0,Y=-130,Z=385,B=0",
+           "X=0,Y=325,Z=550,B=0", "X=0,Y=-325,Z=550,B=0"]
+# A face-centred cube and three poses between.
+CUBE = [f"X={x},Y={y},Z={z},B=0" for x in (-400, 0, 400) for y in (-325, 0, 325) for z in (0, 275, 550)
+        if (x == 0) + (y == 0) + (z == 275) in (0, 2)]
+BETWEEN = ["X=-250,Y=120,Z=150,B=0", "X=180,Y=-210,Z=330,B=0", "X=310,Y=240,Z=440,B=0"]
+
+
+@dataclass
+class Test:
+    document: str
+    name: str
+    models: list
+    train: list                # load programs
+    judge: str                 # load program
+    published: dict            # by quantity; "all": of all together
+    measure: str = "rms"       # rms, range, fit or times
+    quantities: tuple = ALL
+    poses: list = field(default_factory=list)   # where it is measured; empty: check points of the case
+    check: list = field(default_factory=list)   # of them: places, from 0, that no fit may use
+    differences: dict = field(default_factory=dict)  # inputs: name -> (sensor, sensor)
+    inputs: list = field(default_factory=list)  # inputs that the models may use; empty: all
+    start_h: float = 0         # of each record; before it the machine settles
+    hours: float = 0           # of each record from there; 0: whole
+    from_campaign: bool = False  # trains on tables of the nominal model at the grid and all tilts
+    power: str = ""            # source whose power the record has
+    trained: str = ""
+    judged: str = ""
+
+
+DIFFERENCES_004 = {"dT_sp": ("T1", "T9"), "dT_Y": ("T3", "T9"), "dT_Z": ("T5", "T9")}
+CALIBRATIONS = ["calibration_spindle", "calibration_Y", "calibration_Z", "calibration_surroundings"]
+
+TESTS = [
+    Test("000", "table at another speed", ["phenomenological", "rotary_unit"],
+         ["table_150", "table_300", "table_1200"], "table_600", {"all": "35 to 58 (6.1)"}, "range",
+         trained="150, 300, 1200 rpm, 8 h each", judged="600 rpm, 8 h"),
+    Test("000", "swivel axis, drive's power", ["phenomenological", "phenomenological_switched"],
+         ["swivel_hold_90_16h", "swivel_pendular_16h"], "swivel_cycle_62h", {"all": "42 to 71 (6.3)"}, "range",
+         power="B.motor", trained="held at 90 deg and pendular, 20 h each", judged="arbitrary cycle, 62 h"),
+    Test("000", "swivel axis, speed only", ["phenomenological", "phenomenological_switched"],
+         ["swivel_hold_90_16h", "swivel_pendular_16h"], "swivel_cycle_62h", {"all": "no test in print"}, "range",
+         trained="held at 90 deg and pendular, 20 h each", judged="arbitrary cycle, 62 h"),
+    Test("001", "calibration", ["one_point", "transfer_grid"], ["settled_spindle_3000"], "settled_spindle_3000",
+         {"dz": "90 to 95 (Table 3)"}, "fit", ("dz",), SPHERES, [1, 3], inputs=["T1", "air.T_C"], start_h=48, hours=4,
+         trained="3000 rpm, heating, places 1, 3, 5, 6", judged="the same test"),
+    Test("001", "four times the speed", ["one_point", "transfer_grid"], ["settled_spindle_3000"],
+         "settled_spindle_12000", {"dz": "63 to 85, mean 76 (Table 4)"}, "fit", ("dz",), SPHERES, [1, 3],
+         inputs=["T1", "air.T_C"], start_h=48, hours=4, trained="3000 rpm, heating, places 1, 3, 5, 6",
+         judged="12000 rpm, heating"),
+    Test("001", "face-centred cube", ["one_point", "transfer_grid"], ["settled_spindle_12000"], "settled_spindle_12000",
+         {"dz": "over 90 presumed (5)"}, "fit", ("dz",), CUBE + BETWEEN, [len(CUBE) + i for i in range(3)],
+         inputs=["T1", "air.T_C"], start_h=48, hours=4, trained="12000 rpm, heating, 14 places",
+         judged="the same test, three more"),
+    Test("002", "milling, speed spectrum", ["arx", "output_error"],
+         ["calibration_surroundings", "spindle_3000", "spindle_12000"], "spindle_spectrum",
+         {"dx": "10 to 71", "dy": "74", "dz": "77"}, "rms", ALL, [MIDDLE], differences={"dT_S": ("T1", "air.T_C")},
+         inputs=["dT_S", SURROUNDINGS], trained="surroundings, spindle at two speeds", judged="spectrum, 12 h"),
+    Test("002", "speed as the input", ["output_error_activity"],
+         ["calibration_surroundings", "spindle_3000", "spindle_12000"], "spindle_spectrum", {"all": "68 (angle)"},
+         "rms", ALL, [MIDDLE], inputs=["spindle.speed_rpm"], trained="surroundings, spindle at two speeds",
+         judged="spectrum, 12 h"),
+    Test("003", "validation at 21 degC", ["composite_grid"], AMBIENT + AXES, "validation_21C", {"all": "56 to 72"},
+         from_campaign=True, trained="nominal model, 27 poses x 3 tilts", judged="six check points, one day"),
+    Test("003", "validation at 35 degC", ["composite_grid"], AMBIENT + AXES, "validation_35C", {"all": "42 to 52"},
+         from_campaign=True, trained="nominal model, 27 poses x 3 tilts", judged="six check points, three days"),
+    Test("004", "air cutting", ["armax", "heating_cooling"], CALIBRATIONS, "air_cutting", {"dy": "7.5", "dz": "2.5"},
+         "times", ("dy", "dz"), [MIDDLE], differences=DIFFERENCES_004, inputs=[*DIFFERENCES_004, SURROUNDINGS],
+         trained="four calibrations of Table 1", judged="air cutting, four parts"),
+]
+
+TITLES = {"000": "Gebhardt (2014)", "001": "Okénka et al.", "002": "Mareš et al. (2020)",
+          "003": "Naumann et al. (2023)", "004": "Mareš et al. (2019)"}
+MEASURES = {"rms": "RMS removed, %", "range": "range removed, %", "fit": "fit, %", "times": "range, times smaller"}
