@@ -58,29 +58,30 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 PathRewriter::PathRewriter(const std::string& text, std::string name, const AxisMotion& motion,
                            const RewriteOptions& options, std::function<void(const std::string&)> out)
-    : lines_(program_lines(text)),
+    : lines_(text),
       name_(std::move(name)),
       motion_(motion),
       options_(options),
       out_(std::move(out)) {
-  for (const ProgramLine& line : lines_)
-    if (line.control || line.assigns || line.has('M', 98) || line.has('M', 99)) flat_ = false;
-  summary_.lines_before = std::ssize(lines_);
+  for (std::size_t i = 0; i < lines_.size() && flat_; ++i) {
+    const ProgramLine line = lines_.line(i);
+    flat_ = !(line.control || line.assigns || line.has('M', 98) || line.has('M', 99));
+  }
+  summary_.lines_before = static_cast<long>(lines_.size());
 }
 
 void PathRewriter::refuse(const Entry& entry, const std::string& value, const std::string& allowed) const {
   throw core::InputError(entry.place, value + " with --rewrite path", allowed);
 }
 
-const ProgramLine& PathRewriter::line_of(const std::string& file, std::size_t number) const {
-  const std::vector<ProgramLine>* lines = &lines_;
+ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) const {
+  const ProgramText* lines = &lines_;
   if (file != name_) {
     auto found = others_.find(file);
-    if (found == others_.end()) found = others_.emplace(file, program_lines(core::read_file(file))).first;
+    if (found == others_.end()) found = others_.emplace(file, ProgramText(core::read_file(file))).first;
     lines = &found->second;
   }
-  static const ProgramLine none;
-  return number >= 1 && number <= lines->size() ? (*lines)[number - 1] : none;
+  return number >= 1 && number <= lines->size() ? lines->line(number - 1) : ProgramLine{};
 }
 
 void PathRewriter::scan(Entry& entry) {
@@ -434,7 +435,7 @@ void PathRewriter::emit(Entry& entry) {
   const std::string end = entry.line.end.empty() && !flat_ ? "\n" : entry.line.end;
   if (flat_) {
     while (written_ + 1 < entry.number && written_ < lines_.size()) {
-      count(lines_[written_].text + lines_[written_].end);
+      count(std::string(lines_.raw(written_)));
       ++written_;
     }
     if (entry.number != written_ + 1) return;  // the end of the program is read twice
@@ -473,7 +474,7 @@ bool PathRewriter::finish() {
   flush();
   if (flat_)
     for (; written_ < lines_.size(); ++written_) {
-      out_(lines_[written_].text + lines_[written_].end);
+      out_(std::string(lines_.raw(written_)));
       ++summary_.lines_after;
     }
   return summary_.largest_um > 0.05;
