@@ -28,6 +28,7 @@ public:
   solver::TcpError error(const Positions& positions, double share) const;
   /// (linear axes) m, what cancels the error
   Eigen::VectorXd offsets(const Positions& positions, double share) const;
+  Eigen::VectorXd offsets(const solver::TcpError& error) const { return map_.offsets(error); }
   const std::vector<std::string>& axes() const { return map_.axes(); }
   bool outside(const Positions& positions) const { return map_.outside(positions); }
   void advance(const Eigen::VectorXd& state);

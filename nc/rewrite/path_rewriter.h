@@ -38,7 +38,7 @@ public:
   /// @param frame  before the line runs
   void block(const MoveState& state, const std::string& file, const Frame& frame);
   void move();  ///< of the last block
-  void dwell(double seconds);
+  void skipped();
   /// In the same order, later.
   void predicted(const PredictedMove& move);
   /// The end of the program. @return whether the text differs; if not, the original text holds
@@ -53,13 +53,14 @@ private:
     std::size_t number = 0;
     int expected = 0, done = 0;  ///< moves
     bool absolute = true, arc_absolute = false, inverse_time = false, cycle = false, machine = false;
-    double dwell = 0;
+    bool skipped = false, settled = false;
     Frame frame;               ///< behind it
     std::string before, text;  ///< lines that come instead of it, and the line itself
     bool edited = false;
   };
 
   ProgramLine line_of(const std::string& file, std::size_t number) const;
+  void settle(Entry& entry);
   void scan(Entry& entry);
   void flush();
   void emit(Entry& entry);
