@@ -32,7 +32,7 @@ std::vector<VerbGroup> verb_groups() {
   return {{"Machine", {add_mesh, add_export}},
           {"Compute", {add_simulate, add_campaign, add_reduce, add_run}},
           {"Measure", {add_measure, add_evaluate, add_diagnose, add_validate}},
-          {"Control", {add_compensate, add_offsets, add_nc}},
+          {"Control", {add_compensate, add_nc, add_offsets}},
           {"Studies", {add_study}}};
 }
 

@@ -73,7 +73,7 @@ void Predictor::row(const Row& row) {
     move.field = &field_;
     const solver::TcpError error = field_.error(move.end, move.share);
     move.error_um = error.error.head<3>() * 1e6;
-    move.offset_um = field_.offsets(move.end, move.share) * 1e6;
+    move.offset_um = field_.offsets(error) * 1e6;
     move.std_um = compensator_.std_um(move.end);
     move.outside = field_.outside(move.end);
     take_(move);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine, and each
+// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. Each
 // move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated in time.
 
 #include <functional>
@@ -28,6 +28,7 @@ public:
   solver::TcpError error(const Positions& positions, double share) const;
   /// (linear axes) m, what cancels the error
   Eigen::VectorXd offsets(const Positions& positions, double share) const;
+  Eigen::VectorXd offsets(const solver::TcpError& error) const { return map_.offsets(error); }
   const std::vector<std::string>& axes() const { return map_.axes(); }
   bool outside(const Positions& positions) const { return map_.outside(positions); }
   void advance(const Eigen::VectorXd& state);

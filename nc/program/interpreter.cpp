@@ -234,6 +234,8 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
   const std::filesystem::path program = std::filesystem::canonical(options.program);
   const std::filesystem::path folder =
       options.folder.empty() ? program.parent_path() : std::filesystem::canonical(options.folder);
+  for (const std::string& path : {program.string(), folder.string()})
+    if (path.find('\n') != std::string::npos) throw InputError(path, "a line end in a path", "a path without");
   Child child(helper, folder, job_text(options, control, program, folder));
 
   std::string file = options.program.string();

@@ -288,6 +288,9 @@ private:
         pause(Pause::Kind::stop, control_.program_stop);
         break;
       case Setting::synchronous: synchronous_ = value; break;
+      case Setting::skipped:
+        if (sink_.skipped) sink_.skipped();
+        break;
       default: break;
     }
   }

@@ -78,7 +78,8 @@ struct Block {
 struct ProgramSink {
   std::function<void(const Move&, const Frame&)> move;
   std::function<void(const Pause&)> pause;
-  std::function<void(const Block&, const Frame&)> block;  ///< may be empty
+  std::function<void(const Block&, const Frame&)> block;  ///< may be empty, as the next one
+  std::function<void()> skipped;                          ///< the last block was read and not executed
 };
 
 struct ProgramSummary {

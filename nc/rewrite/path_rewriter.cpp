@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "core/units.h"
 
 namespace thermotwin::nc {
@@ -58,29 +59,30 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 PathRewriter::PathRewriter(const std::string& text, std::string name, const AxisMotion& motion,
                            const RewriteOptions& options, std::function<void(const std::string&)> out)
-    : lines_(program_lines(text)),
+    : lines_(text),
       name_(std::move(name)),
       motion_(motion),
       options_(options),
       out_(std::move(out)) {
-  for (const ProgramLine& line : lines_)
-    if (line.control || line.assigns || line.has('M', 98) || line.has('M', 99)) flat_ = false;
-  summary_.lines_before = std::ssize(lines_);
+  for (std::size_t i = 0; i < lines_.size() && flat_; ++i) {
+    const ProgramLine line = lines_.line(i);
+    flat_ = !(line.control || line.assigns || line.has('M', 98) || line.has('M', 99));
+  }
+  summary_.lines_before = static_cast<long>(lines_.size());
 }
 
 void PathRewriter::refuse(const Entry& entry, const std::string& value, const std::string& allowed) const {
   throw core::InputError(entry.place, value + " with --rewrite path", allowed);
 }
 
-const ProgramLine& PathRewriter::line_of(const std::string& file, std::size_t number) const {
-  const std::vector<ProgramLine>* lines = &lines_;
+ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) const {
+  const ProgramText* lines = &lines_;
   if (file != name_) {
     auto found = others_.find(file);
-    if (found == others_.end()) found = others_.emplace(file, program_lines(core::read_file(file))).first;
+    if (found == others_.end()) found = others_.emplace(file, ProgramText(core::read_file(file))).first;
     lines = &found->second;
   }
-  static const ProgramLine none;
-  return number >= 1 && number <= lines->size() ? (*lines)[number - 1] : none;
+  return number >= 1 && number <= lines->size() ? lines->line(number - 1) : ProgramLine{};
 }
 
 void PathRewriter::scan(Entry& entry) {
@@ -144,13 +146,22 @@ void PathRewriter::scan(Entry& entry) {
   entry.cycle = cycle_;
 }
 
+/// Modes change by lines that run; whether one ran is known behind it.
+void PathRewriter::settle(Entry& entry) {
+  if (entry.settled || entry.skipped) return;
+  entry.settled = true;
+  scan(entry);
+}
+
 void PathRewriter::block(const MoveState& state, const std::string& file, const Frame& frame) {
-  if (!entries_.empty()) entries_.back().frame = frame;
+  if (!entries_.empty()) {
+    settle(entries_.back());
+    entries_.back().frame = frame;
+  }
   Entry entry;
   entry.place = fmt::format("{}:{}", file, state.line);
   entry.number = state.line;
   entry.line = line_of(file, state.line);
-  scan(entry);
   entry.text = entry.line.text;
   flush();
   entries_.push_back(std::move(entry));
@@ -159,13 +170,14 @@ void PathRewriter::block(const MoveState& state, const std::string& file, const 
 void PathRewriter::move() {
   if (entries_.empty()) return;
   Entry& entry = entries_.back();
+  settle(entry);
   ++entry.expected;
   if (entry.expected > 1 && !entry.cycle && !entry.machine)
     refuse(entry, "a line of several moves", "one line or arc in a line, and the cycles G73, G81, G82, G83, G85, G89");
 }
 
-void PathRewriter::dwell(double seconds) {
-  if (!entries_.empty()) entries_.back().dwell += seconds;
+void PathRewriter::skipped() {
+  if (!entries_.empty()) entries_.back().skipped = true;
 }
 
 Eigen::Vector3d PathRewriter::displacement(const Move& move, const PredictedMove& predicted, double u) const {
@@ -216,7 +228,7 @@ void PathRewriter::find_pieces(const Move& move, const PredictedMove& predicted,
     if (!(whole_turns(move.arc) && u1 - u0 == 1.0)) sweep = turn;
   }
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const double share : {0.25, 0.5, 0.75}) {
+  for (const double share : {0.5, 0.25, 0.75}) {
     const double u = u0 + share * (u1 - u0);
     const Eigen::Vector3d wanted = displacement(move, predicted, u);
     if (share == 0.5) middle = wanted;
@@ -226,7 +238,10 @@ void PathRewriter::find_pieces(const Move& move, const PredictedMove& predicted,
       const double rise = normal.dot(start - centre) + share * normal.dot(end - start);
       found = centre + Eigen::AngleAxisd(sweep * share, normal) * radius + rise * normal - point(u);
     }
-    bends = bends || (found - wanted).norm() > options_.tolerance;
+    const double off = (found - wanted).norm();
+    bends = bends || off > options_.tolerance;
+    // Far within the tolerance in the middle: the quarters are as well.
+    if (share == 0.5 && off < options_.tolerance / 8.0) break;
   }
   if (bends && depth < deepest) {
     const double u = 0.5 * (u0 + u1);
@@ -390,7 +405,7 @@ void PathRewriter::cycle_move(Entry& entry, const PredictedMove& predicted) {
         gone.emplace_back(word.letter, word.value);
     }
     rest.remove(gone);
-    entry.before = rest.text + (rest.end.empty() ? "\n" : rest.end);
+    entry.before = core::trimmed(rest.text).empty() ? "" : rest.text + (rest.end.empty() ? "\n" : rest.end);
     if (!entry.absolute) entry.before += "G90\n";
     entry.text.clear();
     ++summary_.written_out;
@@ -406,8 +421,8 @@ void PathRewriter::cycle_move(Entry& entry, const PredictedMove& predicted) {
 
 /// A line that names where the control is: it moves nothing, nor may its displaced one.
 void PathRewriter::stay(Entry& entry) const {
-  if (!placed_ || entry.machine || entry.line.control || entry.line.assigns || entry.line.has('G', 10) ||
-      entry.line.has('G', 4))
+  if (!placed_ || entry.skipped || entry.machine || entry.line.control || entry.line.assigns ||
+      entry.line.has('G', 10) || entry.line.has('G', 4))
     return;
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
@@ -434,7 +449,7 @@ void PathRewriter::emit(Entry& entry) {
   const std::string end = entry.line.end.empty() && !flat_ ? "\n" : entry.line.end;
   if (flat_) {
     while (written_ + 1 < entry.number && written_ < lines_.size()) {
-      count(lines_[written_].text + lines_[written_].end);
+      count(std::string(lines_.raw(written_)));
       ++written_;
     }
     if (entry.number != written_ + 1) return;  // the end of the program is read twice
@@ -446,6 +461,7 @@ void PathRewriter::emit(Entry& entry) {
     return;
   }
   if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
+  if (entry.skipped && !entry.line.words.empty()) return;
   if (entry.expected == 0)
     for (const Word& word : ProgramLine::parse(entry.text, "").words)
       if (word.expression)
@@ -470,10 +486,11 @@ void PathRewriter::predicted(const PredictedMove& move) {
 }
 
 bool PathRewriter::finish() {
+  if (!entries_.empty()) settle(entries_.back());
   flush();
   if (flat_)
     for (; written_ < lines_.size(); ++written_) {
-      out_(lines_[written_].text + lines_[written_].end);
+      out_(std::string(lines_.raw(written_)));
       ++summary_.lines_after;
     }
   return summary_.largest_um > 0.05;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Writes the program anew with the predicted offsets in its coordinates. A move's end is displaced by the offsets at its
-// pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes where
+// Writes the program anew with the predicted offsets in its coordinates. A move's end is displaced by the offsets at
+// its pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes where
 // the displacement rounds to another one; all other text stays. A block is split where the displacement along it bends
 // by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms, parameters and
 // drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
@@ -38,7 +38,7 @@ public:
   /// @param frame  before the line runs
   void block(const MoveState& state, const std::string& file, const Frame& frame);
   void move();  ///< of the last block
-  void dwell(double seconds);
+  void skipped();
   /// In the same order, later.
   void predicted(const PredictedMove& move);
   /// The end of the program. @return whether the text differs; if not, the original text holds
@@ -53,13 +53,14 @@ private:
     std::size_t number = 0;
     int expected = 0, done = 0;  ///< moves
     bool absolute = true, arc_absolute = false, inverse_time = false, cycle = false, machine = false;
-    double dwell = 0;
+    bool skipped = false, settled = false;
     Frame frame;               ///< behind it
     std::string before, text;  ///< lines that come instead of it, and the line itself
     bool edited = false;
   };
 
-  const ProgramLine& line_of(const std::string& file, std::size_t number) const;
+  ProgramLine line_of(const std::string& file, std::size_t number) const;
+  void settle(Entry& entry);
   void scan(Entry& entry);
   void flush();
   void emit(Entry& entry);
@@ -75,14 +76,14 @@ private:
                    const Eigen::Vector3d& d1, int depth, std::vector<double>& ends) const;
   [[noreturn]] void refuse(const Entry& entry, const std::string& value, const std::string& allowed) const;
 
-  std::vector<ProgramLine> lines_;
+  ProgramText lines_;
   std::string name_;
   const AxisMotion& motion_;
   RewriteOptions options_;
   std::function<void(const std::string&)> out_;
   RewriteSummary summary_;
-  bool flat_ = true;                                                ///< every line runs once, in order
-  mutable std::map<std::string, std::vector<ProgramLine>> others_;  ///< files of subprograms
+  bool flat_ = true;                                   ///< every line runs once, in order
+  mutable std::map<std::string, ProgramText> others_;  ///< files of subprograms
   std::deque<Entry> entries_;
   std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat
   Nine at_;                  ///< where the rewritten program has the control, m and rad

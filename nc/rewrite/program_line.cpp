@@ -145,25 +145,23 @@ std::string nc_number(double value, int decimals) {
   return text;
 }
 
-std::vector<ProgramLine> program_lines(const std::string& text) {
-  std::vector<ProgramLine> lines;
-  std::size_t from = 0;
-  while (from < text.size()) {
-    std::size_t to = text.find('\n', from);
-    std::string end = "\n";
-    std::size_t next = to + 1;
-    if (to == std::string::npos) {
-      to = next = text.size();
-      end.clear();
-    }
-    if (to > from && text[to - 1] == '\r') {
-      --to;
-      end = "\r" + end;
-    }
-    lines.push_back(ProgramLine::parse(text.substr(from, to - from), end));
-    from = next;
-  }
-  return lines;
+ProgramText::ProgramText(std::string text) : text_(std::move(text)) {
+  begins_.push_back(0);
+  for (std::size_t i = 0; i < text_.size(); ++i)
+    if (text_[i] == '\n') begins_.push_back(i + 1);
+  if (begins_.back() != text_.size()) begins_.push_back(text_.size());
+}
+
+std::string_view ProgramText::raw(std::size_t index) const {
+  return std::string_view(text_).substr(begins_[index], begins_[index + 1] - begins_[index]);
+}
+
+ProgramLine ProgramText::line(std::size_t index) const {
+  std::string_view whole = raw(index);
+  std::size_t code = whole.size();
+  if (code > 0 && whole[code - 1] == '\n') --code;
+  if (code < whole.size() && code > 0 && whole[code - 1] == '\r') --code;
+  return ProgramLine::parse(std::string(whole.substr(0, code)), std::string(whole.substr(code)));
 }
 
 }  // namespace thermotwin::nc

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace thermotwin::nc {
@@ -40,7 +42,20 @@ private:
 /// The number as NC programs write it: at most so many decimals, no trailing zeros but one, no -0.
 std::string nc_number(double value, int decimals);
 
-/// Lines of a text with their ends.
-std::vector<ProgramLine> program_lines(const std::string& text);
+/// A text by its lines. Only where they begin is kept; a line is read when it is asked for.
+class ProgramText {
+public:
+  /// @param text  of any content
+  explicit ProgramText(std::string text);
+
+  std::size_t size() const { return begins_.size() - 1; }
+  ProgramLine line(std::size_t index) const;      ///< from 0
+  std::string_view raw(std::size_t index) const;  ///< with its end
+  const std::string& text() const { return text_; }
+
+private:
+  std::string text_;
+  std::vector<std::size_t> begins_;  ///< and the end of the text
+};
 
 }  // namespace thermotwin::nc

@@ -30,15 +30,15 @@ std::string label_of(const ProgramLine& line) {
 
 ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion,
                              const RewriteOptions& options)
-    : lines_(program_lines(text)),
+    : lines_(text),
       name_(std::move(name)),
       motion_(motion),
       options_(options) {
-  summary_.lines_before = summary_.lines_after = std::ssize(lines_);
+  summary_.lines_before = summary_.lines_after = static_cast<long>(lines_.size());
   closed_.assign(lines_.size() + 1, false);
   std::map<std::string, std::pair<std::size_t, std::size_t>> spans;
   for (std::size_t i = 0; i < lines_.size(); ++i) {
-    const ProgramLine& line = lines_[i];
+    const ProgramLine line = lines_.line(i);
     if (line.control) {
       const std::string label = label_of(line);
       spans.emplace(label, std::pair{i, i}).first->second.second = i;
@@ -74,7 +74,7 @@ void ShiftRewriter::move(const Move& move) {
     // The first update stands before the first line that moves, and before the loop or subprogram that it is in.
     std::size_t line = main_ ? line_ : lines_.size();
     const auto units_in = [&](std::size_t at) {
-      return at >= 1 && at <= lines_.size() && (lines_[at - 1].has('G', 20) || lines_[at - 1].has('G', 21));
+      return at >= 1 && at <= lines_.size() && (lines_.line(at - 1).has('G', 20) || lines_.line(at - 1).has('G', 21));
     };
     if (units_in(line))
       throw core::InputError(fmt::format("{}:{}", name_, line), "the length unit in the first line that moves",
@@ -142,11 +142,12 @@ std::string ShiftRewriter::finish() {
   }
   std::string text;
   for (std::size_t i = 0; i <= lines_.size(); ++i) {
-    if (i > 0) text += lines_[i - 1].text + lines_[i - 1].end;
+    if (i > 0) text += lines_.raw(i - 1);
     const auto update = updates.find(i);
     if (update == updates.end()) continue;
-    if (i > 0 && lines_[i - 1].end.empty()) text += "\n";
-    text += update->second + (i > 0 && !lines_[i - 1].end.empty() ? lines_[i - 1].end : "\n");
+    const std::string end = i > 0 ? lines_.line(i - 1).end : "\n";
+    if (end.empty()) text += "\n";
+    text += update->second + (end.empty() ? "\n" : end);
     ++summary_.changed;
     ++summary_.lines_after;
   }

@@ -252,7 +252,7 @@ void CANON_ERROR(const char* format, ...) {
 }
 void FINISH() {}
 void ON_RESET() {}
-void UPDATE_TAG(StateTag) {}
+void UPDATE_TAG(StateTag) { block_ran(); }
 void MESSAGE(char*) {}
 void LOG(char*) {}
 void LOGOPEN(char*) {}

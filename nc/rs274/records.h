@@ -42,24 +42,25 @@ enum ArcValue : std::uint8_t {
 enum class OffsetKind : std::uint8_t { work, g92, tool };
 
 enum class Setting : std::uint8_t {
-  length_unit,     ///< mm
-  plane,           ///< 1 XY, 2 YZ, 3 XZ
-  feed_rate,       ///< units a minute, or a revolution
-  feed_mode,       ///< 1: a revolution
-  rotation,        ///< deg about Z
-  path_mode,       ///< 1 exact stop, 2 exact path, 3 continuous; tolerance in units
-  spindle_speed,   ///< rpm
-  spindle_turns,   ///< 1 clockwise, -1 counterclockwise, 0 stands
-  surface_speed,   ///< constant surface speed: largest rpm; 0 off
-  flood,           ///< 1 on
-  mist,            ///< 1 on
-  dwell,           ///< s
-  tool_selected,   ///< number
-  tool_change,     ///< number of the tool that is then in the spindle
-  stop,            ///< 0 program stop, 1 optional
-  synchronous,     ///< feed a revolution in units; 0 off
-  compensation,    ///< cutter radius: 1 left, 2 right, 0 off
-  work_offset_set  ///< number of the work offset in use, 1 to 9
+  length_unit,      ///< mm
+  plane,            ///< 1 XY, 2 YZ, 3 XZ
+  feed_rate,        ///< units a minute, or a revolution
+  feed_mode,        ///< 1: a revolution
+  rotation,         ///< deg about Z
+  path_mode,        ///< 1 exact stop, 2 exact path, 3 continuous; tolerance in units
+  spindle_speed,    ///< rpm
+  spindle_turns,    ///< 1 clockwise, -1 counterclockwise, 0 stands
+  surface_speed,    ///< constant surface speed: largest rpm; 0 off
+  flood,            ///< 1 on
+  mist,             ///< 1 on
+  dwell,            ///< s
+  tool_selected,    ///< number
+  tool_change,      ///< number of the tool that is then in the spindle
+  stop,             ///< 0 program stop, 1 optional
+  synchronous,      ///< feed a revolution in units; 0 off
+  compensation,     ///< cutter radius: 1 left, 2 right, 0 off
+  work_offset_set,  ///< number of the work offset in use, 1 to 9
+  skipped           ///< the line was read and not executed: a branch not taken, the body of a subprogram
 };
 
 /// Why there is no more.

@@ -21,6 +21,7 @@ std::array<std::array<double, 16>, 16> last{};
 std::array<std::uint16_t, 16> known{};
 Limits most;
 std::uint64_t moves = 0, idle = 0;
+bool ran = false;
 
 /// A record counts once it is whole.
 void append(const Head& head, const void* body, std::size_t bytes) {
@@ -87,10 +88,13 @@ void set_limits(const Limits& limits) { most = limits; }
 
 void begin_block(std::uint32_t line, int depth) {
   line_now = line;
+  ran = false;
   append({Kind::block, static_cast<std::uint8_t>(std::clamp(depth, 0, 255)), 0, line}, nullptr, 0);
   if (++idle > most.idle_blocks) stop(Stop::idle_blocks, "");
 }
 
+void block_ran() { ran = true; }
+bool has_run() { return ran; }
 std::uint32_t current_line() { return line_now; }
 
 void stop(Stop reason, std::string_view text) {

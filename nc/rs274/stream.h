@@ -24,6 +24,9 @@ struct Limits {
 };
 void set_limits(const Limits& limits);
 void begin_block(std::uint32_t line, int depth);
+/// The interpreter has executed the block; without this it has skipped it.
+void block_ran();
+bool has_run();
 /// Line of the last block.
 std::uint32_t current_line();
 

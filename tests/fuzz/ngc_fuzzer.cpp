@@ -13,7 +13,9 @@ using namespace thermotwin;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   std::string joined;
-  for (nc::ProgramLine& line : nc::program_lines(text)) {
+  const nc::ProgramText program(text);
+  for (std::size_t i = 0; i < program.size(); ++i) {
+    nc::ProgramLine line = program.line(i);
     joined += line.text + line.end;
     std::size_t at = 0;
     for (const nc::Word& word : line.words) {

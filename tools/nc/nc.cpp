@@ -377,6 +377,9 @@ private:
       if (path_ && rewrites_) path_->block(block.state, block.file, frame);
       if (shift_ && rewrites_) shift_->block(block.state, block.file);
     };
+    sink.skipped = [this] {
+      if (path_ && rewrites_) path_->skipped();
+    };
     sink.move = [this](const nc::Move& given, const nc::Frame& frame) {
       nc::Move move = given;
       require_spindle(twin_.machine, move.state, options_.program.string());

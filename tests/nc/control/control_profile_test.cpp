@@ -16,9 +16,11 @@ namespace {
 
 mesh::Machine machine() {
   mesh::Machine machine;
-  machine.axes.push_back({"X", mesh::AxisKind::linear, Eigen::Vector3d::UnitX()});
-  machine.axes.push_back({"C", mesh::AxisKind::rotary, Eigen::Vector3d::UnitZ()});
+  machine.axes.resize(2);
+  machine.axes[0].id = "X";
   machine.axes[0].rapid = 0.5;
+  machine.axes[1].id = "C";
+  machine.axes[1].kind = mesh::AxisKind::rotary;
   return machine;
 }
 

@@ -53,13 +53,13 @@ TEST(Planner, SpeedsAreContinuousAndWithinTheLimits) {
       const Timed& one = timed[i];
       EXPECT_NEAR(one.start, time, 1e-9);
       time += one.duration();
-      if (i > 0) EXPECT_DOUBLE_EQ(one.v0, timed[i - 1].v1);
+      EXPECT_DOUBLE_EQ(one.v0, i > 0 ? timed[i - 1].v1 : 0.0);
       EXPECT_LE(one.cruise, 0.1 + 1e-12);
       const Positions speed = one.element.slope / one.element.length;
       for (const double axis : speed) {
         EXPECT_LE(std::abs(axis) * one.cruise, 1.0 + 1e-9);
-        if (one.t_up > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v0) / one.t_up, 2.0 + 1e-9);
-        if (one.t_down > 0) EXPECT_LE(std::abs(axis) * (one.cruise - one.v1) / one.t_down, 2.0 + 1e-9);
+        EXPECT_LE(std::abs(axis) * (one.cruise - one.v0), (2.0 + 1e-9) * one.t_up + 1e-15);
+        EXPECT_LE(std::abs(axis) * (one.cruise - one.v1), (2.0 + 1e-9) * one.t_down + 1e-15);
       }
       const double covered =
           0.5 * (one.v0 + one.cruise) * one.t_up + one.cruise * one.t_cruise + 0.5 * (one.cruise + one.v1) * one.t_down;

@@ -36,10 +36,14 @@ TEST(ProgramLine, RemovesWordsAndKeepsEnds) {
   ProgramLine line = parsed("N5 G81 X1 Z-2 R3 F100 (drill)");
   line.remove({{'G', 81}, {'X', 1}, {'Z', -2}, {'R', 3}});
   EXPECT_EQ(line.text, "N5     F100 (drill)");
-  const std::vector<ProgramLine> lines = program_lines("G0\r\n\nG1 X1");
-  ASSERT_EQ(lines.size(), 3U);
-  EXPECT_EQ(lines[0].end, "\r\n");
-  EXPECT_EQ(lines[2].end, "");
+  const ProgramText text("G0\r\n\nG1 X1");
+  ASSERT_EQ(text.size(), 3U);
+  EXPECT_EQ(text.line(0).end, "\r\n");
+  EXPECT_EQ(text.line(0).text, "G0");
+  EXPECT_EQ(text.line(2).end, "");
+  EXPECT_EQ(text.raw(2), "G1 X1");
+  EXPECT_EQ(ProgramText("").size(), 0U);
+  EXPECT_EQ(ProgramText("\n").size(), 1U);
 }
 
 TEST(ProgramLine, NumbersAreShort) {
