@@ -27,8 +27,9 @@ class StudyVariants : public ::testing::Test {
 protected:
   void SetUp() override {
     toy_.make_affine();
-    fs::create_directories(toy_.result(""));
-    fs::copy(toy_run() / "cache", toy_.result("cache"), fs::copy_options::recursive);  // meshes
+    fs::create_directories(toy_.out());
+    if (fs::exists(meshes().path() / "cache"))
+      fs::copy(meshes().path() / "cache", toy_.result("cache"), fs::copy_options::recursive);
     toy_.write("loads/short.toml", R"(schema = 1
 title = "spindle, X axis and table"
 initial_C = 20.0
@@ -51,6 +52,16 @@ spindle_rpm = 0
 id = "C"
 speed_rpm = 80
 )");
+  }
+
+  void TearDown() override {
+    if (!fs::exists(meshes().path() / "cache") && fs::exists(toy_.result("cache")))
+      fs::copy(toy_.result("cache"), meshes().path() / "cache", fs::copy_options::recursive);
+  }
+  /// Meshes that the first test has made, for the others.
+  static const core::TemporaryFolder& meshes() {
+    static const core::TemporaryFolder folder;
+    return folder;
   }
 
   std::string plan(const std::string& text, const std::string& name = "plan") {
@@ -222,7 +233,9 @@ TEST_F(StudyVariants, AUnitIsComputedOnceByWhateverTask) {
   EXPECT_EQ(job("array.sbatch", 0), 0);
   EXPECT_EQ(job("gather.sbatch", 0), 0);
   for (const auto& [name, bytes] : files)
-    if (name.ends_with(".csv") || name.ends_with("done")) EXPECT_EQ(read(study() / name), bytes) << name;
+    if (name.ends_with(".csv") || name.ends_with("done")) {
+      EXPECT_EQ(read(study() / name), bytes) << name;
+    }
   EXPECT_EQ(WEXITSTATUS(std::system(("env PATH=/none /bin/bash '" + slurm + "/submit.sh' 2>/dev/null").c_str())), 3);
 
   // A table that was changed afterwards is computed again; the other unit is kept.
@@ -266,7 +279,9 @@ TEST_F(StudyVariants, AStoppedUnitGoesOnWithTheSameBits) {
   ASSERT_EQ(toy_.run(words).status, 0);
   for (const auto& [name, bytes] : files_in(toy_.result("study"))) {
     EXPECT_FALSE(name.ends_with("checkpoint.bin"));
-    if (name.ends_with(".csv")) EXPECT_EQ(bytes, resumed.at(name)) << name;
+    if (name.ends_with(".csv")) {
+      EXPECT_EQ(bytes, resumed.at(name)) << name;
+    }
   }
 }
 
