@@ -69,7 +69,10 @@ def evaluated(run, case, out, seed, test, machine):
     def prepared(source, name, program=None):
         record = Record(source)
         record.add_power(machine, test.power)
-        record.keep_displacements(lambda channel: channel["id"] in test.channels.values())
+        # B0C tells the rotary unit that the cradle turns about x. The way of the probe is no input of the source.
+        record.keep_displacements(lambda channel: channel["id"] in [*test.channels.values(), "B0C"])
+        record.channels = [c for c in record.channels
+                           if not c.get("input", "").startswith(("axis.X.", "axis.Y.", "axis.Z."))]
         return record.write(folder / name, program)
 
     if test.judge in PLANS:
