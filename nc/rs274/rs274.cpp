@@ -153,11 +153,11 @@ void run(InterpBase& interpreter, const Job& job) {
     const int depth = interpreter.call_level();
     const int done = interpreter.execute();
     if (done > INTERP_MIN_ERROR) refuse(interpreter, done);
-    if (!has_run()) write_setting(Setting::skipped, 1);
     if (done == INTERP_EXIT) {
       write_values(Kind::end, static_cast<std::uint8_t>(depth), current_line(), nullptr, 0);
       return;
     }
+    if (!has_run()) write_setting(Setting::skipped, 1);
     if (done == INTERP_EXECUTE_FINISH) interpreter.synch();
   }
   write_values(Kind::end, static_cast<std::uint8_t>(interpreter.call_level()), current_line(), nullptr, 0);
