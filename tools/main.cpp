@@ -32,8 +32,8 @@ std::vector<VerbGroup> verb_groups() {
   return {{"Machine", {add_mesh, add_export}},
           {"Compute", {add_simulate, add_campaign, add_reduce, add_run}},
           {"Measure", {add_measure, add_evaluate, add_diagnose, add_validate}},
-          {"Control", {add_compensate, add_nc, add_offsets}},
-          {"Studies", {add_study}}};
+          {"Studies", {add_study}},
+          {"Control", {add_compensate, add_nc, add_offsets}}};
 }
 
 /// The verb that was given, inside of its group: "measure uncertainty"; empty: none.

@@ -168,7 +168,7 @@ StudyPlan read_variant_plan(const fs::path& path) {
   const std::string word = root.choice_or("sampling", "latin");
   plan.sampling = word == "random" ? Sampling::random : word == "pick_freeze" ? Sampling::pick_freeze : Sampling::latin;
   plan.seed = root.integer_or("seed", 1, 0, 2147483647);
-  plan.block = root.integer_or("block", 50, 1, 1000);
+  plan.block = root.integer_or("block", 12, 1, 1000);
   for (const core::Node& node : root.tables("parameter"))
     add_parameters(node, plan.machine_case.machine, plan.parameters);
   root.finish();

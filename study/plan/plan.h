@@ -30,7 +30,7 @@ struct StudyPlan {
   int samples = 0;
   Sampling sampling = Sampling::latin;
   std::uint64_t seed = 1;
-  int block = 50;
+  int block = 12;
   std::vector<StudyParameter> parameters;
 
   std::string name() const { return path.stem().string(); }

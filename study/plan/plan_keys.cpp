@@ -46,7 +46,7 @@ const KeyTable plan_file{
                   "A Latin hypercube; independent draws; or the design of Saltelli, with samples x (parameters + 2) "
                   "machines."),
         key::whole("seed", 0, 2147483647, 1.0, "Seed of the draws."),
-        key::whole("block", 1, 1000, 50.0, "Most variants that run side by side in one unit of work."),
+        key::whole("block", 1, 1000, 12.0, "Most variants that run side by side in one unit of work."),
         key::tables("parameter", parameter_table, required, "One for each kind of parameter that differs."),
     }};
 

@@ -135,6 +135,7 @@ std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
   integrating.backward_euler = scheme == solver::TimeScheme::backward_euler;
   integrating.tolerance = options_.tolerance;
   integrating.recycled = options_.recycled;
+  integrating.factor_memory = 0.0;  // one factor for the block: its solves run side by side
   solver::ThermalIntegrator integrator(thermal, integrating);
   const solver::RunSummary summary =
       solver::simulate_block(integrator, models, std::vector<const solver::LoadProgram*>(models.size(), &program),

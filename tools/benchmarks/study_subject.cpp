@@ -19,11 +19,10 @@ namespace fs = std::filesystem;
 
 /// A plan whose variants differ in all powers and films with a std_percent.
 void write_plan(const Settings& s, const fs::path& file, int samples) {
-  core::write_file(file,
-                   fmt::format("schema = 1\ncase = \"{}\"\nloads = [\"{}\"]\nsize = \"{}\"\nsamples = {}\nblock = 50\n"
-                               "[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n"
-                               "[[parameter]]\nkind = \"film_coefficient\"\nwhere = \"*\"\n",
-                               s.case_path.string(), s.study_load, s.size, samples));
+  core::write_file(file, fmt::format("schema = 1\ncase = \"{}\"\nloads = [\"{}\"]\nsize = \"{}\"\nsamples = {}\n"
+                                     "[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n"
+                                     "[[parameter]]\nkind = \"film_coefficient\"\nwhere = \"*\"\n",
+                                     s.case_path.string(), s.study_load, s.size, samples));
 }
 
 Outcome study(const Settings& s, const fs::path& plan, const fs::path& out) {

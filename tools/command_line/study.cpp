@@ -7,7 +7,17 @@
 namespace thermotwin::tools {
 namespace {
 
-void add_variants(CLI::App& group) {
+/// What was given before the verb, where it was not given after it.
+void take_over(const CLI::App& group, const CommonOptions& common, CommonOptions& options) {
+  const CLI::App& verb = *group.get_subcommands().front();
+  const auto only_before = [&](const char* name) { return group.count(name) > 0 && verb.count(name) == 0; };
+  if (only_before("--out")) options.out = common.out;
+  if (only_before("--threads")) options.threads = common.threads;
+  if (only_before("--quiet")) options.quiet = true;
+  if (only_before("--json")) options.json = true;
+}
+
+std::shared_ptr<CommonOptions> add_variants(CLI::App& group) {
   const auto options = std::make_shared<StudyVariantsOptions>();
   StudyVariantsOptions& variants = *options;
   CLI::App* verb =
@@ -58,9 +68,10 @@ void add_variants(CLI::App& group) {
       ->needs(slurm);
   add_checkpoint_option(*verb, variants.checkpoint_every_s);
   add_solver_option(*verb, variants.solver);
+  return options;
 }
 
-void add_sensors(CLI::App& group) {
+std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   const auto options = std::make_shared<StudySensorsOptions>();
   StudySensorsOptions& sensors = *options;
   CLI::App* verb = add_verb(group, "sensors",
@@ -90,22 +101,28 @@ void add_sensors(CLI::App& group) {
   verb->add_option("--exchanges", sensors.exchanges, "Passes that replace single sensors, at most.")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  verb->add_flag("--any-loss", sensors.any_loss, "Choose for what is left after the loss of the worst sensor.");
+  verb->add_flag("--any-loss", sensors.any_loss,
+                 "Choose for the error that remains after the loss of the worst sensor.");
   verb->add_option("--confirm", sensors.confirm,
                    "Compensate so many machines that are measured virtually, with these sensors and with the case's.")
       ->check(CLI::Range(1, 1000));
+  return options;
 }
 
 }  // namespace
 
 void add_study(CLI::App& app) {
   CLI::App* group = app.add_subcommand("study", "Computes families of machines, here or on a cluster.");
+  const auto common = std::make_shared<CommonOptions>();
+  add_common_options(*group, *common);
   group->require_subcommand(1);
   group->footer(
       "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
       "options.");
-  add_variants(*group);
-  add_sensors(*group);
+  const auto variants = add_variants(*group), sensors = add_sensors(*group);
+  group->parse_complete_callback([group, common, variants, sensors] {
+    for (const auto& options : {variants, sensors}) take_over(*group, *common, *options);
+  });
 }
 
 }  // namespace thermotwin::tools

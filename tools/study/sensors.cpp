@@ -110,7 +110,7 @@ std::string curve_svg(const Choice& choice) {
   up.include(loss);
   up.include(choice.own_um);
   up.close(0.05);
-  core::Plot plot(820, 340, "number of sensors against what is left of the TCP error");
+  core::Plot plot(820, 340, "number of sensors against the TCP error that remains");
   core::Panel panel(plot, {64, 34, 730, 250}, across, up);
   panel.y_axis();
   panel.x_axis();
