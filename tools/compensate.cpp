@@ -8,7 +8,9 @@
 #include <optional>
 #include <unistd.h>
 
-#include "compensation/online/compensator.h"
+#include "compensation/control/model_order.h"
+#include "compensation/control/online_twin.h"
+#include "compensation/control/state_file.h"
 #include "compensation/online/stream.h"
 #include "core/error.h"
 #include "core/file.h"
@@ -18,15 +20,16 @@
 #include "tools/chain.h"
 #include "tools/descriptor_input.h"
 #include "tools/options.h"
+#include "tools/twin_json.h"
 
 namespace thermotwin::tools {
 
 namespace {
 
 /// What the observer holds at the end, a line a state.
-std::string learned_csv(const compensation::Compensator& compensator) {
+std::string learned_csv(const compensation::OnlineModel& twin) {
   std::string text = "name,value,std,std_before,unit,memory_h\n";
-  for (const compensation::ErrorModel::State& state : compensator.learned()) {
+  for (const compensation::ErrorModel::State& state : twin.learned()) {
     std::string name = state.name;
     for (char& c : name) c = c == ',' ? ' ' : c;
     text += fmt::format("{},{:.6g},{:.6g},{:.6g},{},{:.6g}\n", name, state.value, state.std, state.prior_std,
@@ -38,10 +41,10 @@ std::string learned_csv(const compensation::Compensator& compensator) {
 /// Rewrites the file of lines beside a control that waits for rows; else once, at the end.
 class LinesFile {
 public:
-  LinesFile(const CompensateOptions& options, const compensation::Compensator& compensator,
+  LinesFile(const CompensateOptions& options, const compensation::OnlineModel& twin,
             const reduction::ReducedModel& model)
       : options_(options),
-        compensator_(compensator),
+        twin_(twin),
         machine_(model.machine),
         map_(model) {}
 
@@ -60,15 +63,15 @@ public:
   /// Nothing where no row could be read.
   void write() {
     if (last_.offset_um.size() == 0) return;
-    core::write_file(options_.lines,
-                     lines_csv(compensator_.axes(),
-                               compensation::axis_lines(compensator_, map_, machine_, last_.offset_um), last_.time));
+    core::write_file(
+        options_.lines,
+        lines_csv(twin_.axes(), compensation::axis_lines(twin_, map_, machine_, last_.offset_um), last_.time));
     next_ = last_.time + options_.lines_every_s;
   }
 
 private:
   const CompensateOptions& options_;
-  const compensation::Compensator& compensator_;
+  const compensation::OnlineModel& twin_;
   const mesh::Machine& machine_;
   compensation::OutputMap map_;
   compensation::Offsets last_;
@@ -76,13 +79,124 @@ private:
   bool warned_ = false;
 };
 
+/// Goes on from the state where there is one.
+void go_on(const std::filesystem::path& path, compensation::OnlineTwin& twin,
+           std::optional<compensation::StateFile>& state) {
+  state.emplace(path);
+  if (const std::optional<std::string> saved = state->read()) {
+    twin.load(*saved, path.string());
+    core::log_line(fmt::format("goes on from {}: state at {} s", path.string(), twin.time()));
+  } else {
+    core::log_line(fmt::format("{} does not exist yet: cold start", path.string()));
+  }
+}
+
 /// Files that describe the state after the last row.
-void write_at_end(const CompensateOptions& options, const compensation::Compensator& compensator,
-                  const mesh::Machine& machine, bool any_row) {
-  if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
+void write_at_end(const CompensateOptions& options, const compensation::OnlineModel& twin, const mesh::Machine& machine,
+                  bool any_row) {
+  if (!options.learned.empty()) core::write_file(options.learned, learned_csv(twin));
   if (!options.axis_errors.empty() && any_row)
-    core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(compensator, machine)));
-  if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
+    core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(twin, machine)));
+  if (!options.explain.empty()) core::write_file(options.explain, twin.detectability().brief());
+}
+
+compensation::ControlOptions core_options(const CompensateOptions& options) {
+  compensation::ControlOptions settings;
+  settings.compensator.use_sensors = !options.no_sensors;
+  settings.compensator.step_s = options.step_s;
+  settings.compensator.start_C = options.start_C;
+  settings.compensator.largest_um = options.largest_um;
+  settings.compensator.rate_um_s = options.rate_um_s;
+  return settings;
+}
+
+/// Rows of one input to one output, with what is written beside them.
+class Run {
+public:
+  Run(const CompensateOptions& options, const reduction::ReducedModel& model, compensation::OnlineTwin& twin,
+      std::istream& in)
+      : options_(options),
+        machine_(model.machine),
+        twin_(twin),
+        in_(in) {
+    if (!options.state.empty()) go_on(options.state, twin, state_);
+    if (!options.lines.empty()) lines_.emplace(options, twin, model);
+    stream_.strict = options.strict;
+    stream_.probe_std_um = options.probe_std_um;
+    stream_.probed_compensated = options.probed_compensated;
+    if (!options.json_lines) return;
+    json_.emplace(model, twin, options.model);
+    stream_.line = [this](const compensation::Offsets& offsets, std::string_view status) {
+      return json_->line(offsets, status);
+    };
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  compensation::StreamSummary to(std::ostream& out, bool unbuffered) {
+    stream_.unbuffered = unbuffered;
+    const std::string in_name = options_.in == "-" ? "standard input" : options_.in;
+    try {
+      return compensation::compensate_stream(twin_, machine_, in_, in_name, out, stream_,
+                                             [this](const compensation::Offsets& offsets) { after_row(offsets); });
+    } catch (const core::Error&) {
+      save_after_error();
+      throw;
+    }
+  }
+
+  void finish() {
+    if (lines_) lines_->write();
+    if (state_ && any_row_) state_->write(twin_.saved());
+    write_at_end(options_, twin_, machine_, any_row_);
+  }
+
+private:
+  void after_row(const compensation::Offsets& offsets) {
+    any_row_ = true;
+    if (lines_) lines_->after_row(offsets);
+    if (state_) state_->after_row(offsets.time, [this] { return twin_.saved(); });
+  }
+
+  /// An interrupt costs nothing of what the rows have said.
+  void save_after_error() const {
+    if (!state_ || !any_row_) return;
+    try {
+      state_->write(twin_.saved());
+    } catch (const core::InputError& error) {
+      core::warn(error.what());
+    }
+  }
+
+  const CompensateOptions& options_;
+  const mesh::Machine& machine_;
+  compensation::OnlineTwin& twin_;
+  std::istream& in_;
+  compensation::StreamOptions stream_;
+  std::optional<compensation::StateFile> state_;
+  std::optional<LinesFile> lines_;
+  std::optional<TwinJson> json_;
+  bool any_row_ = false;
+};
+
+void summarise(const CompensateOptions& options, const compensation::StreamSummary& done, double seconds,
+               Eigen::Index order, long probed) {
+  std::string statuses;
+  for (const auto& [status, rows] : done.not_ok)
+    statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);
+  const double rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
+  const std::string text = fmt::format(
+      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}", done.rows, seconds, rate,
+      done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", order, memory,
+      statuses);
+  if (options.out == "-") {
+    core::log_line(text);
+    return;
+  }
+  const nlohmann::json json = {
+      {"rows", done.rows}, {"unreadable", done.unreadable}, {"not_ok", done.not_ok}, {"seconds", seconds},
+      {"order", order},    {"peak_memory_GiB", memory},     {"probed", probed},      {"offsets", options.out.string()}};
+  print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
 }  // namespace
@@ -91,14 +205,9 @@ void compensate(const CompensateOptions& options) {
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
-  const reduction::ReducedModel model = reduction::read_model(options.model);
-  compensation::CompensatorOptions settings;
-  settings.use_sensors = !options.no_sensors;
-  settings.step_s = options.step_s;
-  settings.start_C = options.start_C;
-  settings.largest_um = options.largest_um;
-  settings.rate_um_s = options.rate_um_s;
-  compensation::Compensator compensator(model, settings);
+  const reduction::ReducedModel model =
+      compensation::model_of_order(reduction::read_model(options.model), options.order);
+  compensation::OnlineTwin twin(model, core_options(options));
 
   std::ios::sync_with_stdio(false);
   DescriptorInput standard_input(STDIN_FILENO);
@@ -108,64 +217,29 @@ void compensate(const CompensateOptions& options) {
     if (!file) throw core::InputError(options.in, "cannot be read", "a CSV file, or - for standard input");
   }
   std::istream piped(&standard_input);
-  std::istream& in = from_stdin ? piped : file;
-  const std::string in_name = from_stdin ? "standard input" : options.in;
-
-  const compensation::OffsetLimits& limits = compensator.limits();
+  Run run(options, model, twin, from_stdin ? piped : file);
+  const compensation::OffsetLimits& limits = twin.limits();
   core::log_line(
       fmt::format("offset limits: {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all axes at rapid",
                   limits.largest_um, limits.rate_um_s, limits.fastest_um_s()));
-  compensation::StreamOptions stream;
-  stream.strict = options.strict;
-  stream.probe_std_um = options.probe_std_um;
-  stream.probed_compensated = options.probed_compensated;
-  std::optional<LinesFile> lines;
-  if (!options.lines.empty()) lines.emplace(options, compensator, model);
-  bool any_row = false;
-  const auto after_row = [&](const compensation::Offsets& offsets) {
-    any_row = true;
-    if (lines) lines->after_row(offsets);
-  };
   const Stopwatch time;
   compensation::StreamSummary done;
   if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
-    stream.unbuffered = true;
-    done = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream, after_row);
+    done = run.to(std::cout, true);
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       try {
-        done = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream, after_row);
+        done = run.to(out, false);
       } catch (const core::InputError&) {
         if (out) throw;
         throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");
       }
     });
   }
-  if (lines) lines->write();
-  write_at_end(options, compensator, model.machine, any_row);
-  std::string statuses;
-  for (const auto& [status, rows] : done.not_ok)
-    statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);
-  const double seconds = time.seconds(), rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
-  const std::string text = fmt::format(
-      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}", done.rows, seconds, rate,
-      done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", model.system.order(),
-      memory, statuses);
-  if (to_stdout) {
-    core::log_line(text);
-    return;
-  }
-  const nlohmann::json json = {{"rows", done.rows},
-                               {"unreadable", done.unreadable},
-                               {"not_ok", done.not_ok},
-                               {"seconds", seconds},
-                               {"order", model.system.order()},
-                               {"peak_memory_GiB", memory},
-                               {"probed", compensator.probed()},
-                               {"offsets", options.out.string()}};
-  print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
+  run.finish();
+  summarise(options, done, time.seconds(), model.system.order(), twin.probed());
 }
 
 }  // namespace thermotwin::tools

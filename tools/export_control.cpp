@@ -7,6 +7,7 @@
 #include "compensation/control/control_fmu.h"
 #include "compensation/control/control_model.h"
 #include "compensation/control/control_source.h"
+#include "compensation/control/model_order.h"
 #include "compensation/control/twin.h"
 #include "compensation/linuxcnc/hal_pieces.h"
 #include "core/error.h"
@@ -33,7 +34,8 @@ compensation::ControlModel control_model(const ControlExportOptions& options) {
   settings.tolerance = options.tolerance;
   settings.observer = options.observer;
   settings.start_over_s = options.start_over_s;
-  return compensation::ControlModel(reduction::read_model(options.model), settings);
+  return compensation::ControlModel(compensation::model_of_order(reduction::read_model(options.model), options.order),
+                                    settings);
 }
 
 void export_c(const ControlExportOptions& options) {

@@ -15,6 +15,7 @@ struct ControlExportOptions : ExportOptions {
   double start_C = 20;
   double largest_um = 0, rate_um_s = 0;  ///< 0: by the model
   double tolerance = 1e-7;
+  int order = 0;            ///< of the model; 0: its own
   bool observer = true;     ///< sensors correct the model
   double start_over_s = 0;  ///< the work of the start is spread over this time
 };

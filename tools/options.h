@@ -93,6 +93,9 @@ struct CompensateOptions : CommonOptions {
   std::filesystem::path lines;             ///< a line for each axis, written at the end; empty: not
   double lines_every_s = 60;
   std::filesystem::path axis_errors;  ///< folder of tables, written at the end; empty: not
+  std::filesystem::path state;        ///< read at the start, written each minute and at the end; empty: not
+  int order = 0;                      ///< of the model; 0: its own
+  bool json_lines = false;            ///< a line of JSON a row instead of CSV
 };
 struct OffsetsOptions : CommonOptions {
   OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout

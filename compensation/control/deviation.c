@@ -20,8 +20,8 @@ void tt_deviation_lay(tt_deviation* d, const tt_model* m, const tt_sensor_model*
   d->next = tt_doubles(state, axes * places);
   d->columns = tt_doubles(work, axes * sides * places * (size_t)m->grid_angles);
   d->outputs = tt_doubles(work, columns * (size_t)outputs_of(m));
-  d->influence = tt_doubles(work, columns);
-  d->product = tt_doubles(work, columns);
+  d->influence = tt_doubles(work, columns + tt_outputs);
+  d->product = tt_doubles(work, columns + tt_outputs);
   d->at_poses = tt_doubles(work, (size_t)m->grid_poses);
   d->at_tables = tt_doubles(work, (size_t)m->grid_tables);
 }
@@ -84,13 +84,60 @@ static void set_influence(tt_deviation* d, const tt_model* m, int columns, int p
   }
 }
 
-static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, int columns, int place) {
+/* The error of one side alone, tool or table, of outputs at a pose of the grid, at an angle. */
+static void side_error(const tt_model* m, const double* outputs, int tool_side, int pose, int table, int angle,
+                       double error[3]) {
+  const double *axis = outputs + (long)of_tool * m->tool_poses, *own = axis + (long)of_axis * m->table_poses;
+  const long at = ((long)pose * m->grid_tables + table) * m->grid_angles + angle;
+  double side[sides] = {0};
+  if (tool_side) {
+    tt_copy(of_tool, outputs + (long)of_tool * pose, side);
+  } else {
+    tt_copy(of_axis, axis + (long)of_axis * m->grid_table[table], side + of_tool);
+    tt_copy(of_own, own + (long)of_own * m->grid_table[table], side + of_tool + of_axis);
+  }
+  tt_error_of_sides(m, m->grid_pose + at * m->axes, side, error);
+}
+
+/* The rest of the influence: shares of the tool side, of the table side, and the remainder, by x y z. */
+static void set_output_influence(tt_deviation* d, const tt_model* m, const double* outputs, int columns, int pose,
+                                 int table, int angle, int axis) {
+  double* influence = d->influence + columns;
+  double tool[3], other[3];
+  side_error(m, outputs, 1, pose, table, angle, tool);
+  side_error(m, outputs, 0, pose, table, angle, other);
+  for (int i = 0; i < 3; ++i) {
+    const double to_axis = m->to_axes[axis + i * m->linear_axes];
+    influence[i] = to_axis * tool[i];
+    influence[3 + i] = to_axis * other[i];
+    influence[6 + i] = to_axis;
+  }
+}
+
+/* influence^T Sigma influence, of columns and outputs */
+static double whole_variance(tt_deviation* d, const tt_errors* e, int columns) {
+  const tt_sensor_model* sensors = e->sensitivities.model;
+  const int all = tt_errors_count(sensors), output = tt_errors_first_output(sensors);
+  for (int k = 0; k < columns + tt_outputs; ++k) {
+    const double* sigma = e->sigma + (long)(k < columns ? k : output + k - columns) * all;
+    d->product[k] = tt_dot(columns, sigma, d->influence) + tt_dot(tt_outputs, sigma + output, d->influence + columns);
+  }
+  return tt_dot(columns + tt_outputs, d->product, d->influence);
+}
+
+static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, const double* outputs, int columns,
+                      int place) {
   const int all = tt_errors_count(e->sensitivities.model), pose = place / m->grid_tables,
             table = place % m->grid_tables;
   for (int axis = 0; axis < m->linear_axes; ++axis) {
     double sum = 0.0;
     for (int angle = 0; angle < m->grid_angles; ++angle) {
       set_influence(d, m, columns, pose, table, angle, axis);
+      if (tt_errors_learns(e)) {
+        set_output_influence(d, m, outputs, columns, pose, table, angle, axis);
+        sum += whole_variance(d, e, columns);
+        continue;
+      }
       for (int k = 0; k < columns; ++k) d->product[k] = tt_dot(columns, e->sigma + (long)k * all, d->influence);
       sum += tt_dot(columns, d->product, d->influence);
     }
@@ -98,7 +145,7 @@ static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, in
   }
 }
 
-void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, int slice) {
+void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, const double* outputs, int slice) {
   const int columns = tt_columns(e->sensitivities.model), rows = rows_a_slice(m, columns),
             places = places_a_slice(m, columns), first_place = slices_for(outputs_of(m), rows);
   if (slice < first_place) {
@@ -106,7 +153,8 @@ void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, 
     return;
   }
   slice -= first_place;
-  for (int i = slice * places; i < (slice + 1) * places && i < places_of(m); ++i) set_place(d, m, e, columns, i);
+  for (int i = slice * places; i < (slice + 1) * places && i < places_of(m); ++i)
+    set_place(d, m, e, outputs, columns, i);
 }
 
 void tt_deviation_finish(tt_deviation* d, const tt_model* m) {

@@ -4,8 +4,9 @@
 /* Variance of the offsets from the covariance Sigma of the uncertain quantities, as compensation/online/output_map.h
  * states it: with S what the state owes to them and r the row of an axis' offset at a pose of the workspace grid,
  *   var = (S^T r)^T Sigma (S^T r),
- * the mean over angles of the table's own axis, interpolated between the poses. Cut into slices: outputs of S at all
- * stored poses of the grid, then the variances place by place. */
+ * the mean over angles of the table's own axis, interpolated between the poses. After a probing, Sigma and S^T r hold
+ * the shares of the tool side and the table side and the remainder too. Cut into slices: outputs of S at all stored
+ * poses of the grid, then the variances place by place. */
 
 #include "compensation/control/arena.h"
 #include "compensation/control/errors.h"
@@ -21,7 +22,8 @@ typedef struct tt_deviation {
   /* What follows from the model or the slices in progress. */
   double* columns; /* (linear_axes x 19) of each angle, table and pose: offsets by the outputs of unit size */
   double* outputs; /* (columns x outputs) of S at the grid */
-  double *influence, *product, *at_poses, *at_tables;
+  double *influence, *product; /* (columns + tt_outputs) */
+  double *at_poses, *at_tables;
 } tt_deviation;
 
 /* The values, then what need not be saved. */
@@ -30,7 +32,8 @@ void tt_deviation_lay(tt_deviation* d, const tt_model* m, const tt_sensor_model*
 void tt_deviation_prepare(tt_deviation* d, const tt_model* m);
 
 int tt_deviation_slices(const tt_model* m, const tt_sensor_model* sensors);
-void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* errors, int slice);
+/* outputs: of the present state at all stored poses (outputs.h), that shares of the sides count from */
+void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* errors, const double* outputs, int slice);
 void tt_deviation_finish(tt_deviation* d, const tt_model* m); /* next takes effect */
 /* (linear_axes) variance at a pose, m^2; never below the smallest of the grid */
 void tt_deviation_at(const tt_deviation* d, const tt_model* m, const double* pose, double* variance);

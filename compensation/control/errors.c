@@ -283,6 +283,9 @@ void tt_errors_output_shares(const tt_errors* e, double* shares) {
   for (int i = 0; i < tt_outputs; ++i) shares[i] = e->theta[output + i] - e->withheld[output + i];
 }
 
+int tt_errors_learns(const tt_errors* e) { return e->flags[learns]; }
+int tt_errors_shapes(const tt_errors* e) { return e->flags[shapes_count]; }
+
 tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor) {
   const tt_sensor_model* m = model_of(e);
   const int k = tt_errors_first_bias(m) + sensor;

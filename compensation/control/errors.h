@@ -72,6 +72,8 @@ void tt_errors_sensor_correction(tt_errors* e, double* correction);
 void tt_errors_sensor_correction_rate(const tt_errors* e, double* rate);
 void tt_errors_sensor_rate_std(tt_errors* e, double* std);
 void tt_errors_output_shares(const tt_errors* e, double* shares); /* (tt_outputs) */
+int tt_errors_learns(const tt_errors* e);                         /* whether anything was probed */
+int tt_errors_shapes(const tt_errors* e);                         /* patterns of earlier work */
 
 /* Standard deviation of noise and model error of a mean reading, K. */
 double tt_reading_std(double uncertainty_K, double deviation_K);

@@ -122,14 +122,20 @@ static void add_sides(const tt_model* m, const double* outputs, const double* at
   tt_gemv(7, m->table_poses, factor, own, at_table, sides + 12);
 }
 
-void tt_tcp_error(const tt_model* m, const double* base, const double* change, double share, const double* pose,
-                  double* scratch, double error[3]) {
-  double sides[19] = {0};
+void tt_sides_at(const tt_model* m, const double* base, const double* change, double share, const double* pose,
+                 double* scratch, double sides[19]) {
   double *at_tool = scratch, *at_table = scratch + m->tool_poses;
+  tt_zero(19, sides);
   tt_tool_weights(m, pose, at_tool);
   tt_table_weights(m, pose, at_table);
   add_sides(m, base, at_tool, at_table, 1.0, sides);
   if (share != 0.0) add_sides(m, change, at_tool, at_table, share, sides);
+}
+
+void tt_tcp_error(const tt_model* m, const double* base, const double* change, double share, const double* pose,
+                  double* scratch, double error[3]) {
+  double sides[19];
+  tt_sides_at(m, base, change, share, pose, scratch, sides);
   tt_error_of_sides(m, pose, sides, error);
 }
 

@@ -20,7 +20,10 @@ void tt_project(const tt_model* m, int first, int last, const double* x, const d
  * scratch (tool_poses + table_poses) */
 void tt_tcp_error(const tt_model* m, const double* base, const double* change, double share, const double* pose,
                   double* scratch, double error[3]);
-/* The same of given outputs at the pose: tool 6, table by its axis 6, table by itself 7. */
+/* The outputs at the pose that this error follows from: tool 6, table by its axis 6, table by itself 7. */
+void tt_sides_at(const tt_model* m, const double* base, const double* change, double share, const double* pose,
+                 double* scratch, double sides[19]);
+/* The error of given outputs at the pose. */
 void tt_error_of_sides(const tt_model* m, const double* pose, const double sides[19], double error[3]);
 /* (linear_axes) offsets, m, that cancel it */
 void tt_offsets(const tt_model* m, const double error[3], double* offsets);

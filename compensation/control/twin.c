@@ -19,6 +19,7 @@
 static const double longest_gap_s = 30 * 86400.0, least_step_s = 1e-6, never = -1e300;
 static const double leap_share = 0.2;          /* an input leaps if it changes by more of itself from row to row */
 static const double offset_error_share = 0.03; /* of an offset, for what the observer does not estimate */
+static const double probed_error_share = 0.01; /* the same once probing has estimated expansions */
 #define UM 1e-6
 
 static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
@@ -54,6 +55,8 @@ static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
   t->guide = tt_doubles(work, (size_t)m->coolants);
   t->occupancy = tt_doubles(work, terms);
   t->offset = tt_doubles(work, linear + (size_t)m->axes);
+  t->off_row = tt_doubles(work, channels);
+  t->pose_rows = tt_doubles(work, 7 * order);
   tt_lay_jobs(t, state, work);
 }
 
@@ -159,17 +162,27 @@ static void advance(tt_twin* t, double time) {
   if (whole) tt_finish_job(t);
 }
 
-/* How far the row is ahead of the last step, in steps: at most 1, and while a job runs as much more, up to 1.5. */
-static double share_ahead(const tt_numbers* now) {
-  if (!(now->last_step > 0.0)) return 0.0;
-  const double more = now->job == TT_JOB_STEP ? tt_min(0.5, (now->time - now->job_began) / now->last_step) : 0.0;
-  return tt_min(1.0 + more, (now->time - now->step_end) / now->last_step);
+/* Error of the TCP at a pose, with what probing has found of the sides. */
+static void error_at(const tt_twin* t, const double* pose, double error[3]) {
+  const tt_model* m = t->model;
+  double sides[19], side[19] = {0}, tool[3], table[3], shares[tt_outputs];
+  tt_sides_at(m, t->base, t->slope, tt_share_ahead(t), pose, t->work.scratch, sides);
+  if (!m->observer || !tt_errors_learns(&t->observer.errors)) {
+    tt_error_of_sides(m, pose, sides, error);
+    return;
+  }
+  tt_errors_output_shares(&t->observer.errors, shares);
+  tt_copy(6, sides, side);
+  tt_error_of_sides(m, pose, side, tool);
+  tt_zero(6, sides);
+  tt_error_of_sides(m, pose, sides, table);
+  for (int i = 0; i < 3; ++i) error[i] = (1.0 + shares[i]) * tool[i] + (1.0 + shares[3 + i]) * table[i] + shares[6 + i];
 }
 
 void tt_twin_offsets_at(const tt_twin* t, const double* pose, double* offset_um) {
   const tt_model* m = t->model;
   double error[3];
-  tt_tcp_error(m, t->base, t->slope, share_ahead(t->now), pose, t->work.scratch, error);
+  error_at(t, pose, error);
   tt_offsets(m, error, offset_um);
   for (int i = 0; i < m->linear_axes; ++i) offset_um[i] /= UM;
 }
@@ -228,18 +241,26 @@ static int still_starts(tt_twin* t, double time) {
   return 1;
 }
 
+void tt_twin_std_at(const tt_twin* t, const double* pose, const double* offset_um, double* std_um) {
+  const tt_model* m = t->model;
+  if (!m->observer) {
+    for (int i = 0; i < m->linear_axes; ++i) std_um[i] = tt_nan();
+    return;
+  }
+  const double share = tt_errors_learns(&t->observer.errors) ? probed_error_share : offset_error_share;
+  tt_deviation_at(&t->deviation, m, pose, std_um);
+  for (int i = 0; i < m->linear_axes; ++i) {
+    const double rest = share * offset_um[i] * UM;
+    std_um[i] = sqrt(std_um[i] + rest * rest + m->model_error * m->model_error) / UM;
+  }
+}
+
 /* Deviations of the offsets. Returns whether the guard keeps back more than the model's own. */
 static int write_deviations(tt_twin* t, const double* pose) {
-  const tt_model* m = t->model;
   int held_back = 0;
-  if (!m->observer) {
-    for (int i = 0; i < m->linear_axes; ++i) t->std_um[i] = tt_nan();
-    return 0;
-  }
-  tt_deviation_at(&t->deviation, m, pose, t->offset);
-  for (int i = 0; i < m->linear_axes; ++i) {
-    const double rest = offset_error_share * t->wanted_um[i] * UM, back_um = t->wanted_um[i] - t->offset_um[i];
-    const double own_um = sqrt(t->offset[i] + rest * rest + m->model_error * m->model_error) / UM;
+  tt_twin_std_at(t, pose, t->wanted_um, t->std_um);
+  for (int i = 0; t->model->observer && i < t->model->linear_axes; ++i) {
+    const double own_um = t->std_um[i], back_um = t->wanted_um[i] - t->offset_um[i];
     held_back = held_back || fabs(back_um) > own_um;
     t->std_um[i] = sqrt(own_um * own_um + back_um * back_um);
   }
@@ -330,7 +351,7 @@ typedef struct head {
 } head;
 
 static const char magic[8] = {'t', 't', ' ', 's', 't', 'a', 't', 'e'};
-enum { state_version = 2 };
+enum { state_version = 3 };
 
 static uint64_t sum_of(const unsigned char* bytes, size_t count) {
   uint64_t sum = UINT64_C(0xCBF29CE484222325);

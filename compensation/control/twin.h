@@ -96,8 +96,8 @@ typedef struct tt_twin {
   tt_day day;
   tt_deviation deviation;
   tt_work work;
-  double *mean_row, *given, *row_before, *readings, *guide, *occupancy, *offset, *heat, *mean_q,
-      *mean_state;       /* scratch */
+  double *mean_row, *given, *row_before, *readings, *guide, *occupancy, *offset, *heat, *mean_q, *mean_state, *off_row,
+      *pose_rows;        /* scratch */
   tt_observer_data data; /* that observer and day point to */
   unsigned char* block;
   size_t block_bytes;
@@ -123,6 +123,8 @@ void tt_twin_predicted_C(const tt_twin* twin, double* readings_C);
 const double* tt_twin_defaults(const tt_model* m);
 /* (linear_axes) offsets in um at any pose (axes; m and rad) at the time of the last row, without the guard. */
 void tt_twin_offsets_at(const tt_twin* twin, const double* pose, double* offset_um);
+/* (linear_axes) one standard deviation of such offsets, um, without what the guard keeps back; NaN without observer. */
+void tt_twin_std_at(const tt_twin* twin, const double* pose, const double* offset_um, double* std_um);
 const char* tt_status_text(int status);
 const char* tt_fault_text(int fault);
 

@@ -20,8 +20,8 @@ enum {
   phase_ahead,
   phase_operator_correction,
   phase_correction,
-  phase_deviation,
-  phase_outputs
+  phase_outputs,
+  phase_deviation
 };
 
 static void coefficients_of_day(const void* with, const double* row, double* p, double* q) {
@@ -65,6 +65,13 @@ void tt_read_predicted(tt_twin* t) {
   tt_gemv_t(m->order, m->readings, 1.0, m->sensor_rows, t->state, t->sensors);
 }
 
+double tt_share_ahead(const tt_twin* t) {
+  const tt_numbers* now = t->now;
+  if (!(now->last_step > 0.0)) return 0.0;
+  const double more = now->job == TT_JOB_STEP ? tt_min(0.5, (now->time - now->job_began) / now->last_step) : 0.0;
+  return tt_min(1.0 + more, (now->time - now->step_end) / now->last_step);
+}
+
 /* Readings that chillers and laws use: measured ones where they are trusted, else predicted ones. */
 static void guide_readings(tt_twin* t) {
   const tt_model* m = t->model;
@@ -92,8 +99,17 @@ static void begin(tt_twin* t, int job, int phase) {
 
 /* A step. */
 
+/* Corrections that come by and by have come on by a step at its end. */
+static void show_more(tt_twin* t, double step_s) {
+  if (!t->model->observer) return;
+  const tt_moment now = tt_moment_of(t);
+  tt_observer_show(&t->observer, step_s);
+  tt_observer_set_corrected(&t->observer, &now);
+}
+
 void tt_begin_step(tt_twin* t, double step_s, double end) {
   const tt_model* m = t->model;
+  show_more(t, step_s);
   guide_readings(t);
   tt_guide_K(m, t->mean_row, t->guide);
   tt_chiller_advance(m, t->mean_row, t->readings, t->guide, step_s, &t->chiller);
@@ -189,6 +205,8 @@ void tt_begin_correction(tt_twin* t) {
   begin(t, TT_JOB_CORRECTION, phase_operator_correction);
 }
 
+void tt_begin_showing(tt_twin* t) { begin(t, TT_JOB_CORRECTION, phase_outputs); }
+
 /* The coefficients of one of the operating points of a day's work; coolant inlets are at the reference. */
 static void begin_operator(tt_twin* t, int kind) {
   tt_zero(t->model->coolants, t->guide);
@@ -233,7 +251,9 @@ static int slice_of(tt_twin* t) {
     case phase_first: return tt_observer_start_slice(&t->observer);
     case phase_ahead: return tt_sensitivities_slice(&t->observer.errors.sensitivities);
     case phase_correction: tt_observer_correction_slice(&t->observer); return 0;
-    case phase_deviation: tt_deviation_slice(&t->deviation, t->model, &t->observer.errors, item); return 0;
+    case phase_deviation:
+      tt_deviation_slice(&t->deviation, t->model, &t->observer.errors, t->work.next_base, item);
+      return 0;
     case phase_outputs:
       tt_project_slice(t->model, &t->work, t->observer.corrected, t->observer.correction_rate, item);
       return 0;
@@ -284,13 +304,13 @@ static void end_phase(tt_twin* t) {
     case phase_operator_ahead: tt_observer_begin_foresight(o, t->work.operator_matrix); break;
     case phase_ahead:
       tt_observer_finish_foresight(o, &moment);
-      now->phase = phase_deviation;
+      now->phase = phase_outputs;
       break;
     case phase_operator_correction:
       tt_sensitivities_set_operator(&o->errors.sensitivities, t->work.operator_matrix);
       break;
     case phase_correction: tt_observer_finish_correction(o, &moment); break;
-    case phase_outputs: end_job(t); break;
+    case phase_deviation: end_job(t); break;
     default: break;
   }
 }
@@ -340,5 +360,12 @@ void tt_redo_job(tt_twin* t) {
   if (now->phase == phase_modes || now->phase == phase_first || now->phase == phase_ahead ||
       now->phase == phase_correction || now->phase == phase_heats)
     return;
+  if (now->phase == phase_deviation) {
+    /* It reads the outputs of the phase before. */
+    const int outputs = slices_of(t, phase_outputs);
+    now->phase = phase_outputs;
+    for (now->slices_done = 0; now->slices_done < outputs; ++now->slices_done) slice_of(t);
+    now->phase = phase_deviation;
+  }
   for (now->slices_done = 0; now->slices_done < done; ++now->slices_done) slice_of(t);
 }

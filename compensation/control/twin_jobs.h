@@ -18,6 +18,8 @@ void tt_lay_jobs(tt_twin* t, tt_arena* state, tt_arena* work);
 void tt_reset_jobs(tt_twin* t);
 
 tt_moment tt_moment_of(const tt_twin* t);
+/* How far the row is ahead of the last step, in steps: at most 1, and while a job runs as much more, up to 1.5. */
+double tt_share_ahead(const tt_twin* t);
 void tt_read_predicted(tt_twin* t); /* sensors of the state */
 /* Chillers and coefficients at a row, with the sensors where they are trusted. */
 void tt_start_clock(tt_twin* t, const double* row);
@@ -26,6 +28,8 @@ void tt_begin_step(tt_twin* t, double step_s, double end); /* from mean_row */
 void tt_begin_correction(tt_twin* t);
 void tt_begin_start(tt_twin* t); /* readings of the first row are taken */
 int tt_correction_due(const tt_twin* t);
+/* What was learnt shows in outputs and deviations; a job of its own. */
+void tt_begin_showing(tt_twin* t);
 
 int tt_job_slices(const tt_twin* t); /* of the job in progress; of the start about as many */
 void tt_work_on(tt_twin* t, int slices);

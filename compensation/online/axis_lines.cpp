@@ -50,25 +50,23 @@ std::vector<mesh::Pose> poses_from(const mesh::Machine& machine, const mesh::Pos
   return poses;
 }
 
-Vector6 error_um(const Compensator& compensator, const mesh::Pose& pose) {
-  return compensator.tcp(pose).error / core::units::um;
-}
+Vector6 error_um(const OnlineModel& model, const mesh::Pose& pose) { return model.tcp(pose).error / core::units::um; }
 
 }  // namespace
 
-std::vector<AxisLine> axis_lines(const Compensator& compensator, const OutputMap& map, const mesh::Machine& machine,
+std::vector<AxisLine> axis_lines(const OnlineModel& model, const OutputMap& map, const mesh::Machine& machine,
                                  const VectorXd& offset_um) {
   const auto offsets_at = [&](const mesh::Pose& pose) -> VectorXd {
-    return map.offsets(compensator.tcp(pose)) / core::units::um;
+    return map.offsets(model.tcp(pose)) / core::units::um;
   };
-  const mesh::Pose present = compensator.pose();
+  const mesh::Pose present = model.pose();
   const VectorXd here = offsets_at(present);
   const std::vector<mesh::Pose> poses = poses_from(machine, present);
   std::vector<VectorXd> offsets;
   for (const mesh::Pose& pose : poses) offsets.push_back(offsets_at(pose));
   std::vector<AxisLine> lines;
-  for (Index k = 0; k < std::ssize(compensator.axes()); ++k) {
-    const int axis = machine.axis_index(compensator.axes()[k]);
+  for (Index k = 0; k < std::ssize(model.axes()); ++k) {
+    const int axis = machine.axis_index(model.axes()[k]);
     AxisLine line;
     line.reference = present[axis];
     line.offset_um = offset_um[k];
@@ -87,28 +85,27 @@ std::vector<AxisLine> axis_lines(const Compensator& compensator, const OutputMap
   return lines;
 }
 
-ErrorTables error_tables(const Compensator& compensator, const mesh::Machine& machine) {
-  mesh::Pose middle = compensator.pose();
+ErrorTables error_tables(const OnlineModel& model, const mesh::Machine& machine) {
+  mesh::Pose middle = model.pose();
   std::vector<int> axes;
-  for (const std::string& name : compensator.axes()) axes.push_back(machine.axis_index(name));
+  for (const std::string& name : model.axes()) axes.push_back(machine.axis_index(name));
   for (const int axis : axes) {
     const Travel travel = travel_of(machine, axis);
     middle[axis] = 0.5 * (travel.low + travel.high);
   }
   ErrorTables tables;
-  tables.at_middle = error_um(compensator, middle);
+  tables.at_middle = error_um(model, middle);
   for (const int axis : axes) {
     AxisErrors along{machine.axes[axis].id, travel_of(machine, axis).even(), Eigen::MatrixXd(6, positions)};
     for (Index i = 0; i < positions; ++i)
-      along.errors.col(i) = error_um(compensator, with(middle, axis, along.position[i])) - tables.at_middle;
+      along.errors.col(i) = error_um(model, with(middle, axis, along.position[i])) - tables.at_middle;
     tables.axes.push_back(std::move(along));
   }
   tables.left_um.setZero();
   for (const mesh::Pose& pose : poses_from(machine, middle)) {
     Vector3d sum = tables.at_middle.head<3>();
-    for (const int axis : axes)
-      sum += (error_um(compensator, with(middle, axis, pose[axis])) - tables.at_middle).head<3>();
-    tables.left_um = tables.left_um.cwiseMax((error_um(compensator, pose).head<3>() - sum).cwiseAbs());
+    for (const int axis : axes) sum += (error_um(model, with(middle, axis, pose[axis])) - tables.at_middle).head<3>();
+    tables.left_um = tables.left_um.cwiseMax((error_um(model, pose).head<3>() - sum).cwiseAbs());
   }
   return tables;
 }

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/online/compensator.h"
+#include "compensation/online/online_model.h"
 #include "compensation/online/output_map.h"
 #include "mesh/machine/machine.h"
 
@@ -31,9 +31,9 @@ struct AxisLine {
   double left_across_um = 0;  ///< largest difference over the workspace
 };
 
-/// @param map  of the compensator's model  @param machine  likewise  @param offset_um  (linear axes) of the last row
-/// @return the lines of the linear axes, in the order of Compensator::axes
-std::vector<AxisLine> axis_lines(const Compensator& compensator, const OutputMap& map, const mesh::Machine& machine,
+/// @param map  of its reduced model  @param machine  likewise  @param offset_um  (linear axes) of the last row
+/// @return the lines of the linear axes, in the order of its axes()
+std::vector<AxisLine> axis_lines(const OnlineModel& model, const OutputMap& map, const mesh::Machine& machine,
                                  const Eigen::VectorXd& offset_um);
 
 /// Component errors along one linear axis.
@@ -49,7 +49,7 @@ struct ErrorTables {
   /// (3) um: largest difference, over the workspace grid, between the translations and the sum of what the tables hold
   Eigen::Vector3d left_um;
 };
-/// @return the tables for the present state  @param machine  of the compensator's model
-ErrorTables error_tables(const Compensator& compensator, const mesh::Machine& machine);
+/// @return the tables for the present state  @param machine  of its reduced model
+ErrorTables error_tables(const OnlineModel& model, const mesh::Machine& machine);
 
 }  // namespace thermotwin::compensation

@@ -25,10 +25,6 @@ using Eigen::VectorXd;
 /// An input leaps if it changes by more than this share of itself from row to row.
 constexpr double leap_share = 0.2;
 
-void check_probe_std(double std_um) {
-  core::require_within("compensator probe std_um", std_um, {1e-3, largest_probe_um});
-}
-
 /// Channels that may leap: speeds, feeds, powers, states.
 std::vector<Index> leaping_channels(const std::vector<std::string>& names) {
   constexpr const char* endings[] = {"_rpm", "_min", ".power_W", ".on", ".open"};
@@ -58,19 +54,6 @@ void CompensatorOptions::validate() const {
 }
 
 void StreamOptions::validate() const { check_probe_std(probe_std_um); }
-
-const char* status_text(Status status) {
-  switch (status) {
-    case Status::ok: return "ok";
-    case Status::no_sensors: return "no_sensors";
-    case Status::outside_workspace: return "outside_workspace";
-    case Status::input_missing: return "input_missing";
-    case Status::sensor_failed: return "sensor_failed";
-    case Status::limited: return "limited";
-    case Status::failed: return "failed";
-  }
-  return "";
-}
 
 struct Compensator::Work {
   const reduction::ReducedModel& model;
@@ -222,13 +205,7 @@ struct Compensator::Work {
 
   void probe(const mesh::Pose& at, const Eigen::Vector3d& error_um, double std_um) {
     if (!started) throw core::InputError("compensator probe", "no row yet", "probing after the first row");
-    for (const double value : error_um) {
-      if (std::abs(value) > largest_probe_um) {
-        throw core::InputError("compensator probe", fmt::format("{} um", value),
-                               fmt::format("at most {} um, or NaN", largest_probe_um));
-      }
-    }
-    check_probe_std(std_um);
+    check_probe(error_um, std_um);
     if (!error_um.array().isFinite().any()) return;
     if (clock.interval_s() > 0.0) correct();  // sensitivities of now
     ErrorModel::ErrorRows rows;

@@ -19,23 +19,14 @@
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "compensation/online/detectability.h"
-#include "compensation/online/error_model.h"
-#include "compensation/online/offset_limits.h"
+#include "compensation/online/online_model.h"
 #include "core/progress.h"
-#include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_model.h"
 
 namespace thermotwin::compensation {
-
-/// Longest time between two rows, s. After a longer gap (a clock that was set, a machine long off) the state is
-/// invalid, and the compensator has to be restarted.
-inline constexpr double longest_gap_s = 30 * 86400.0;
-
-/// A probed error beyond it is no measurement.
-inline constexpr double largest_probe_um = 1e5;
 
 struct CompensatorOptions {
   double step_s = 60.0;         ///< longest step of the thermal state, 1 ms to a day
@@ -48,70 +39,28 @@ struct CompensatorOptions {
   void validate() const;    ///< @throws InputError
 };
 
-enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed, limited, failed };
-const char* status_text(Status status);
-
-struct Offsets {
-  double time = 0;            ///< s
-  Eigen::VectorXd offset_um;  ///< (linear axes of the machine) to apply
-  Eigen::VectorXd std_um;     ///< (linear axes) one standard deviation, with the part that the guard holds back
-  Status status = Status::ok;
-  /// "T3=stuck T5=absent T8=drift T9=kelvin" where the status is sensor_failed; such sensors are left out.
-  std::string failed_sensors;
-  /// "air.T_C=kelvin": implausible temperatures among the inputs, which are not used; the status is input_missing.
-  std::string failed_inputs;
-};
-
-class Compensator {
+class Compensator final : public OnlineModel {
 public:
   /// @param model  must outlive the compensator  @throws InputError for options out of range
   explicit Compensator(const reduction::ReducedModel& model, const CompensatorOptions& options = {});
-  ~Compensator();
+  ~Compensator() override;
   Compensator(Compensator&&) noexcept;
 
-  const solver::Channels& channels() const;
-  /// @return the linear axes that receive offsets: "X", "Y", "Z"
-  const std::vector<std::string>& axes() const;
-  /// @return the limits that the offsets of every row keep
-  const OffsetLimits& limits() const;
-
-  /// States the channels that no row will have. They keep their defaults, and std_um includes the heat that their
-  /// drives may produce. To be called before the first row. @param channels  indices
-  /// @throws InputError for an index without a channel
-  void never_told(const std::vector<Eigen::Index>& channels);
-
-  /// Processes one row.
-  /// @param time       s, strictly rising
-  /// @param row        (channels) values that hold since the last row; not_given keeps the last value. An
-  ///   ambient that starts at its default counts as not measured (see ErrorModel::start).
-  /// @param sensors_C  (sensors) readings, NaN where missing; empty: none
-  /// @throws InputError if time runs backwards or leaps further than longest_gap_s
-  const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C);
-
-  /// Takes in a TCP error measured on the machine (probing, R-Test) at the time of the last row. It re-identifies
-  /// machine quantities, expansions of the tool and table side and a decaying remainder. The correction takes effect
-  /// over some minutes, so that no offset jumps. It may be called any number of times per row.
-  /// @param error_um  (3) tool against table without any offset, NaN where not measured
-  /// @param std_um    one standard deviation of each, > 0
-  /// @throws InputError before the first row, or for a deviation or value out of range
-  void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um);
-  /// The same for values that were probed with compensation active. @param applied_um  (axes) offsets in effect
+  const solver::Channels& channels() const override;
+  const std::vector<std::string>& axes() const override;
+  const OffsetLimits& limits() const override;
+  void never_told(const std::vector<Eigen::Index>& channels) override;
+  const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) override;
+  void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) override;
   void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um,
-                         double std_um);
-  long probed() const;  ///< number of values so far
-
-  /// @return the present estimates of the filter, by physical names
-  std::vector<ErrorModel::State> learned() const;
-  /// @return the detectability of the disturbance states with the sensors that gave readings, at the mean operating
-  ///   point
-  /// @throws InputError before the first step has ended
-  Detectability detectability() const;
-
-  /// @return the predicted TCP error at a pose for the present state, without the guard; 0 before the first row
-  solver::TcpError tcp(const mesh::Pose& pose) const;
+                         double std_um) override;
+  long probed() const override;
+  std::vector<ErrorModel::State> learned() const override;
+  Detectability detectability() const override;
+  solver::TcpError tcp(const mesh::Pose& pose) const override;
   /// (axes) one standard deviation of the offsets that would cancel tcp(), um.
   Eigen::VectorXd std_um(const mesh::Pose& pose) const;
-  mesh::Pose pose() const;  ///< of the last row
+  mesh::Pose pose() const override;
   /// @return the corrected state (order) at the end of the last step
   const Eigen::VectorXd& state() const;
   /// @return the sensor readings predicted before the last correction, degC
@@ -127,6 +76,8 @@ struct StreamOptions {
   bool strict = false;              ///< an unreadable or impossible cell or row is an error; else it counts as missing
   double probe_std_um = 0.5;        ///< of a probed value
   bool probed_compensated = false;  ///< the values were probed with compensation active
+  /// Text of a row instead of its CSV, which then has no header. Gets the answer and its status with names.
+  std::function<std::string(const Offsets&, std::string_view)> line;
   /// Receive notes on missing columns, and on the first ten unreadable cells.
   std::function<void(const std::string&)> log = core::log_line, warn = core::warn;
   void validate() const;  ///< @throws InputError

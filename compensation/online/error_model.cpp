@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compensation/online/error_states.h"
 #include "core/units.h"
 #include "solver/operation/layout.h"
 #include "solver/operation/operating_model.h"
@@ -31,16 +32,12 @@ constexpr double showing_s = 300.0;  ///< time constant with which new findings 
 ErrorModel::ErrorModel(const reduction::ReducedModel& model)
     : model_(model),
       quantities_(uncertain_quantities(model)),
-      inputs_of_term_(model.system.layout.terms.size()),
+      inputs_of_term_(inputs_of_terms(model)),
       work_before_(model, ambients_of(quantities_)) {
   const solver::OperatingModel operating(model.machine, model.system.layout);
   for (DriveHeat& drive : drive_heats(model, operating, operating.channels().defaults()))
     if (drive.channel >= 0 && drive.heat.squaredNorm() > 0.0) drives_.push_back(std::move(drive));
   untold_.resize(drives_.size());
-  const solver::Layout& layout = model.system.layout;
-  for (Index k = 0; k < std::ssize(layout.inputs); ++k) {
-    if (layout.inputs[k].term >= 0) inputs_of_term_[layout.inputs[k].term].push_back(k);
-  }
 }
 
 /// The quantities that are an ambient's temperature.
@@ -104,32 +101,12 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
 }
 
 MatrixXd ErrorModel::rates(const Interval& interval) const {
-  const reduction::ReducedSystem& system = model_.system;
-  const Index machine = std::ssize(quantities_);
   // The true state is nearer to the corrected one than to the nominal one.
   const VectorXd state = interval.state + directions_ * theta_.head(directions_.cols());
-  MatrixXd result(system.order(), machine);
-  VectorXd rate(system.order());
-  for (Index k = 0; k < machine; ++k) {
-    const Quantity& quantity = quantities_[k];
-    rate.setZero();
-    const auto add_input = [&](int input, double amount) {
-      if (amount != 0.0) rate += amount * system.inputs.col(input);
-    };
-    for (const int term : quantity.terms) {
-      if (interval.p[term] == 0.0) continue;
-      const MatrixXd& matrix = system.terms[term];
-      if (system.layout.terms[term].kind == solver::TermKind::coolant_flow) {
-        rate.noalias() -= interval.p[term] * (matrix * state);
-      } else {
-        rate.noalias() -= interval.p[term] * (matrix.selfadjointView<Eigen::Lower>() * state);  // half the memory
-      }
-      for (const int input : inputs_of_term_[term]) add_input(input, interval.q[input]);
-    }
-    for (const int input : quantity.inputs) add_input(input, interval.q[input]);
-    if (quantity.drive >= 0 && untold_[quantity.drive].heat.size() > 0) rate += untold_[quantity.drive].heat;
-    for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[input].term]);
-    result.col(k) = rate;
+  MatrixXd result = quantity_rates(model_, quantities_, inputs_of_term_, interval.p, interval.q, state);
+  for (Index k = 0; k < result.cols(); ++k) {
+    const Index drive = quantities_[k].drive;
+    if (drive >= 0 && untold_[drive].heat.size() > 0) result.col(k) += untold_[drive].heat;
   }
   return result;
 }
@@ -148,7 +125,7 @@ void ErrorModel::set_untold(Index drive, const VectorXd& heat, double nominal) {
   own.rate = heat.size() == 0 ? VectorXd() : VectorXd(model_.system.sensors * model_.system.capacity.llt().solve(heat));
   if (own.quantity < 0) {
     own.quantity = machine_quantities();
-    add_quantity({"unrecorded heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
+    add_quantity({unrecorded_state(drives_[drive].name).name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
   }
   Quantity& quantity = quantities_[own.quantity];
   quantity.least = -nominal;
@@ -347,25 +324,17 @@ std::vector<ErrorModel::State> ErrorModel::states() const {
   const Index machine = machine_quantities(), sensors = sensor_directions_.rows();
   for (Index k = 0; k < theta_.size(); ++k) {
     State state;
-    state.unit = "K";
     if (k < machine) {
       state.name = quantities_[k].name;
       state.unit = quantities_[k].unit;
     } else if (k < machine + start_modes_) {
-      state.name = k == machine ? "start, uniform" : "start, pattern " + std::to_string(k - machine);
-      if (k > machine) state.unit = "1";
-    } else if (k < machine + start_modes_ + sensors) {
-      const std::size_t s = k - machine - start_modes_;
-      if (s >= model_.machine.sensors.size()) continue;  // observed beside the sensors: no offset
-      state.name = "offset of sensor " + model_.machine.sensors[s].id;
+      state = start_state(k - machine);
+    } else if (const Index s = k - machine - start_modes_; s < sensors) {
+      if (s >= std::ssize(model_.machine.sensors)) continue;  // observed beside the sensors: no offset
+      state = sensor_offset_state(model_.machine, s);
     } else {
       if (!learns_) break;
-      const Index i = k - machine - start_modes_ - sensors;
-      const std::string axis(1, "xyz"[i % 3]);
-      state.name = i < 3   ? "motion of the tool side along " + axis
-                   : i < 6 ? "motion of the table side along " + axis
-                           : "rest along " + axis;
-      state.unit = i < 6 ? "1" : "m";
+      state = output_state(s - sensors);
     }
     state.value = theta_[k];
     state.std = std::sqrt(std::max(0.0, sigma_(k, k)));

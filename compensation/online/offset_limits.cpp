@@ -24,19 +24,6 @@ constexpr double least_um = 1.0;  ///< of a machine that its model does not move
 /// Rapids of axes that state none, m/s and rad/s.
 constexpr double usual_rapid = 1.0, usual_turning = 2.0 * std::numbers::pi;
 
-/// States that the machine comes to, surroundings apart.
-std::vector<VectorXd> worked_states(const reduction::ReducedModel& model) {
-  const reduction::ReducedSystem& system = model.system;
-  const solver::OperatingModel operating(model.machine, system.layout);
-  std::vector<VectorXd> states;
-  for (const reduction::OperatingPoint& point : reduction::operating_points(operating)) {
-    MatrixXd matrix = system.conduction + system.capacity / worked_s;
-    for (Index j = 0; j < point.c.p.size(); ++j) matrix += point.c.p[j] * system.terms[j];
-    states.push_back(matrix.partialPivLu().solve(system.inputs * point.c.q));
-  }
-  return states;
-}
-
 /// The axis in which two poses differ, if it is one; else -1.
 Index only_difference(const mesh::Pose& one, const mesh::Pose& other) {
   Index axis = -1;
@@ -49,6 +36,18 @@ Index only_difference(const mesh::Pose& one, const mesh::Pose& other) {
 }
 
 }  // namespace
+
+std::vector<VectorXd> worked_states(const reduction::ReducedModel& model) {
+  const reduction::ReducedSystem& system = model.system;
+  const solver::OperatingModel operating(model.machine, system.layout);
+  std::vector<VectorXd> states;
+  for (const reduction::OperatingPoint& point : reduction::operating_points(operating)) {
+    MatrixXd matrix = system.conduction + system.capacity / worked_s;
+    for (Index j = 0; j < point.c.p.size(); ++j) matrix += point.c.p[j] * system.terms[j];
+    states.push_back(matrix.partialPivLu().solve(system.inputs * point.c.q));
+  }
+  return states;
+}
 
 double OffsetLimits::motion_um(const mesh::Pose& from, const mesh::Pose& to, double duration) const {
   return slope_um.dot((to - from).cwiseAbs().cwiseMin(rapid * duration));

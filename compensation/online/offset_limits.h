@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 #include "compensation/online/output_map.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_model.h"
@@ -32,6 +34,9 @@ struct OffsetLimits {
   /// @return the fastest change of an offset, um/s, with all axes at rapid
   double fastest_um_s() const { return rate_um_s + slope_um.dot(rapid); }
 };
+
+/// @return the states after eight hours at each operating point, from the reference, (order) K each
+std::vector<Eigen::VectorXd> worked_states(const reduction::ReducedModel& model);
 
 OffsetLimits offset_limits(const reduction::ReducedModel& model, const OutputMap& map);
 

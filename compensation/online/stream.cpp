@@ -359,44 +359,51 @@ Status row_status(const RowReader& reader, Status status) {
 
 class OffsetWriter {
 public:
-  OffsetWriter(std::ostream& out, const std::string& in_name, bool unbuffered)
+  OffsetWriter(std::ostream& out, const std::string& in_name, const StreamOptions& options)
       : out_(out),
         in_name_(in_name),
-        unbuffered_(unbuffered) {}
+        options_(options) {}
 
   void header(const std::vector<std::string>& axes) {
+    if (options_.line) return;
     add(FMT_COMPILE("time_s,"));
     columns("offset_", axes);
     columns("std_", axes);
     add(FMT_COMPILE("status\n"));
-    if (unbuffered_) write();
+    if (options_.unbuffered) write();
   }
 
   /// @return the row's status with the names of what failed; empty: ok. Valid until the next row
   std::string_view row(const Offsets& offsets, const RowReader& reader) {
-    add(FMT_COMPILE("{},"), offsets.time);
-    for (const double value : offsets.offset_um) add(FMT_COMPILE("{:.3f},"), value);
-    for (const double value : offsets.std_um) add(FMT_COMPILE("{:.3f},"), value);
+    if (!options_.line) {
+      add(FMT_COMPILE("{},"), offsets.time);
+      for (const double value : offsets.offset_um) add(FMT_COMPILE("{:.3f},"), value);
+      for (const double value : offsets.std_um) add(FMT_COMPILE("{:.3f},"), value);
+    }
     const Status status = row_status(reader, offsets.status);
     const std::size_t begin = text_.size();
     add(FMT_COMPILE("{}"), status_text(status));
     if (status == Status::sensor_failed) names(offsets.failed_sensors);
     if (status == Status::input_missing) names(offsets.failed_inputs);
     names(reader.unreadable());
-    const std::size_t end = text_.size();
+    status_.assign(text_.data() + begin, text_.size() - begin);
+    if (options_.line) {
+      text_.resize(begin);
+      add(FMT_COMPILE("{}"), options_.line(offsets, status_));
+    }
     text_.push_back('\n');
-    return status == Status::ok ? std::string_view() : std::string_view(text_.data() + begin, end - begin);
+    return status == Status::ok ? std::string_view() : std::string_view(status_);
   }
 
   /// After a row and all that follows from it.
   void end_row() {
     constexpr std::size_t chunk = 1U << 16U;
-    if (unbuffered_ || text_.size() >= chunk) write();
+    if (options_.unbuffered || text_.size() >= chunk) write();
   }
 
   void finish() {
     write();
-    if (!unbuffered_) out_.flush();
+    if (!options_.unbuffered) out_.flush();
     check();
   }
 
@@ -420,7 +427,7 @@ private:
 
   void write() {
     out_.write(text_.data(), std::ssize(text_));
-    if (unbuffered_) out_.flush();
+    if (options_.unbuffered) out_.flush();
     text_.clear();
     check();
   }
@@ -431,27 +438,28 @@ private:
 
   std::ostream& out_;
   const std::string& in_name_;
-  bool unbuffered_;
+  const StreamOptions& options_;
   fmt::memory_buffer text_;
+  std::string status_;  ///< of the last row
 };
 
-/// From a row to its offsets, and probed values to the compensator.
+/// From a row to its offsets, and probed values to the model.
 class Answers {
 public:
-  Answers(Compensator& compensator, const StreamOptions& options)
-      : compensator_(compensator),
+  Answers(OnlineModel& model, const StreamOptions& options)
+      : model_(model),
         options_(options),
         last_(&nothing_),
-        last_applied_(Eigen::VectorXd::Zero(std::ssize(compensator.axes()))) {
+        last_applied_(Eigen::VectorXd::Zero(std::ssize(model.axes()))) {
     nothing_.offset_um = last_applied_;
-    nothing_.std_um = Eigen::VectorXd::Constant(last_applied_.size(), compensator.limits().largest_um);
+    nothing_.std_um = Eigen::VectorXd::Constant(last_applied_.size(), model.limits().largest_um);
   }
   Answers(const Answers&) = delete;
   Answers& operator=(const Answers&) = delete;
 
   /// A row that cannot be read gets the answer of the row before.
   const Offsets& step(const RowReader& reader) {
-    if (reader.readable()) last_ = &compensator_.step(reader.time(), reader.row(), reader.sensors());
+    if (reader.readable()) last_ = &model_.step(reader.time(), reader.row(), reader.sensors());
     return *last_;
   }
 
@@ -460,17 +468,17 @@ public:
   void probe(const RowReader& reader) {
     if (!reader.readable()) return;
     if (reader.probed().array().isFinite().any()) {
-      const mesh::Pose pose = compensator_.pose();
+      const mesh::Pose pose = model_.pose();
       if (options_.probed_compensated)
-        compensator_.probe_compensated(pose, reader.probed(), last_applied_, options_.probe_std_um);
+        model_.probe_compensated(pose, reader.probed(), last_applied_, options_.probe_std_um);
       else
-        compensator_.probe(pose, reader.probed(), options_.probe_std_um);
+        model_.probe(pose, reader.probed(), options_.probe_std_um);
     }
     if (options_.probed_compensated) last_applied_ = last_->offset_um;
   }
 
 private:
-  Compensator& compensator_;
+  OnlineModel& model_;
   const StreamOptions& options_;
   Offsets nothing_;  ///< before there is a row that can be read
   const Offsets* last_;
@@ -495,20 +503,20 @@ void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, c
 
 }  // namespace
 
-StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
+StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine, std::istream& in,
                                 const std::string& in_name, std::ostream& out, const StreamOptions& options,
                                 const std::function<void(const Offsets&)>& after_row) {
   options.validate();
-  RowReader reader(in, in_name, options, compensator.channels(), machine);
+  RowReader reader(in, in_name, options, model.channels(), machine);
   StreamSummary summary;
   summary.names_machine = reader.names_machine();
   if (!summary.names_machine) ask_for_machine(in_name, machine, options);
-  OffsetWriter writer(out, in_name, options.unbuffered);
-  writer.header(compensator.axes());
+  OffsetWriter writer(out, in_name, options);
+  writer.header(model.axes());
 
-  compensator.never_told(reader.absent());
+  model.never_told(reader.absent());
   constexpr long between_checks = 4096;
-  Answers answers(compensator, options);
+  Answers answers(model, options);
   while (reader.next()) {
     count_status(writer.row(answers.step(reader), reader), summary);
     ++summary.rows;

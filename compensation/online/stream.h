@@ -32,7 +32,7 @@ struct StreamSummary {
 /// without a readable time, or with another number of cells, repeats the answer of the row before.
 /// @param after_row  is called after each row that could be read, with its answer; empty: nothing is
 /// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
-StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
+StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine, std::istream& in,
                                 const std::string& in_name, std::ostream& out, const StreamOptions& options = {},
                                 const std::function<void(const Offsets&)>& after_row = {});
 

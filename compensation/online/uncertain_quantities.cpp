@@ -113,4 +113,42 @@ std::vector<UncertainQuantity> uncertain_quantities(const reduction::ReducedMode
   return quantities;
 }
 
+std::vector<std::vector<int>> inputs_of_terms(const reduction::ReducedModel& model) {
+  const solver::Layout& layout = model.system.layout;
+  std::vector<std::vector<int>> inputs(layout.terms.size());
+  for (int k = 0; k < static_cast<int>(layout.inputs.size()); ++k) {
+    if (layout.inputs[k].term >= 0) inputs[layout.inputs[k].term].push_back(k);
+  }
+  return inputs;
+}
+
+Eigen::MatrixXd quantity_rates(const reduction::ReducedModel& model, const std::vector<UncertainQuantity>& quantities,
+                               const std::vector<std::vector<int>>& inputs_of_term, const Eigen::VectorXd& p,
+                               const Eigen::VectorXd& q, const Eigen::VectorXd& state) {
+  const reduction::ReducedSystem& system = model.system;
+  Eigen::MatrixXd result(system.order(), std::ssize(quantities));
+  Eigen::VectorXd rate(system.order());
+  for (Eigen::Index k = 0; k < result.cols(); ++k) {
+    const UncertainQuantity& quantity = quantities[k];
+    rate.setZero();
+    const auto add_input = [&](int input, double amount) {
+      if (amount != 0.0) rate += amount * system.inputs.col(input);
+    };
+    for (const int term : quantity.terms) {
+      if (p[term] == 0.0) continue;
+      const Eigen::MatrixXd& matrix = system.terms[term];
+      if (system.layout.terms[term].kind == solver::TermKind::coolant_flow) {
+        rate.noalias() -= p[term] * (matrix * state);
+      } else {
+        rate.noalias() -= p[term] * (matrix.selfadjointView<Eigen::Lower>() * state);  // half the memory
+      }
+      for (const int input : inputs_of_term[term]) add_input(input, q[input]);
+    }
+    for (const int input : quantity.inputs) add_input(input, q[input]);
+    for (const int input : quantity.ambient_inputs) add_input(input, p[system.layout.inputs[input].term]);
+    result.col(k) = rate;
+  }
+  return result;
+}
+
 }  // namespace thermotwin::compensation

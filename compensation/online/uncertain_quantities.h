@@ -31,4 +31,13 @@ struct UncertainQuantity {
 /// @return sources, films, joints, coolants, surroundings, coolant inlets, each in the order of machine.toml
 std::vector<UncertainQuantity> uncertain_quantities(const reduction::ReducedModel& model);
 
+/// @return the inputs that belong to each term
+std::vector<std::vector<int>> inputs_of_terms(const reduction::ReducedModel& model);
+
+/// @param inputs_of_term  of inputs_of_terms  @param p  (terms) coefficients  @param q  (inputs)  @param state  (order)
+/// @return (order x quantities) how fast each moves the state per unit, as E dx/dt; 0 for the heat of a drive
+Eigen::MatrixXd quantity_rates(const reduction::ReducedModel& model, const std::vector<UncertainQuantity>& quantities,
+                               const std::vector<std::vector<int>>& inputs_of_term, const Eigen::VectorXd& p,
+                               const Eigen::VectorXd& q, const Eigen::VectorXd& state);
+
 }  // namespace thermotwin::compensation

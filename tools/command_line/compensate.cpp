@@ -53,6 +53,14 @@ void add_compensate(CLI::App& app) {
       ->needs(lines);
   verb->add_option("--axis-errors", compensate.axis_errors,
                    "Folder, written at the end, of a table of component errors (ISO 230-1) along each linear axis.");
+  verb->add_option("--state", compensate.state,
+                   "File of the whole state: read at the start where it exists, written at least once a minute of the "
+                   "rows' time and at the end. A pause of more than 300 s is computed as a machine that is off.");
+  verb->add_flag("--json-lines", compensate.json_lines,
+                 "Write a line of JSON a row instead of CSV: offsets, status, guard, failed sensors, and once a second "
+                 "of the rows' time sensors with their predictions and errors over the workspace.");
+  verb->add_option("--order", compensate.order, "States of the model that are kept, the first ones (default: all).")
+      ->check(CLI::PositiveNumber);
   verb->add_option("--explain", compensate.explain,
                    "Text file, written at the end, of the disturbance states and their detectability by the sensors.");
 }

@@ -22,6 +22,9 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   source->excludes(fmu)->excludes(linuxcnc);
   fmu->excludes(linuxcnc);
   const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
+  verb.add_option("--order", exported.order,
+                  "With --c, --fmu, --linuxcnc: states of the model that are kept, the first ones (default: all).")
+      ->check(CLI::PositiveNumber);
   add("--step", exported.step_s, "With --c, --fmu, --linuxcnc: longest step of the thermal state, s (default 60).");
   add("--start-C", exported.start_C,
       "With --c, --fmu, --linuxcnc: initial temperature of the machine, degC (default 20).");
@@ -86,7 +89,7 @@ void add_export(CLI::App& app) {
                                 "The only body of the deck, without its joints to others (default: all bodies).");
   auto* heat_only = verb->add_flag("--heat-only", exported.heat_only, "Write no static.inp.");
   for (CLI::Option* of_calculix : {load, body, heat_only}) matrices->excludes(of_calculix);
-  add_mesh_options(*verb, exported.size, exported.mesh_order);
+  add_mesh_options(*verb, exported.size, exported.mesh_order, "--mesh-order");
   add_control_options(*verb, exported, *matrices);
 }
 

@@ -9,7 +9,8 @@ for file in core/*.c; do
   case $file in core/main.c) ;; *) sources="${sources:-} $file" ;; esac
 done
 cc $core -Icore -I. thermotwin_model.c $sources -o thermotwin_model -lm
-cc $core -Icore -I. -I/usr/include/linuxcnc -DULAPI -Wno-unused-function thermotwin_pins.c model_link.c core/model_data.c \
+cc $core -Icore -I. -I/usr/include/linuxcnc -DULAPI -Wno-unused-function \
+  thermotwin_pins.c model_link.c process_link.c core/model_data.c \
   -o thermotwin_pins -llinuxcnchal -lm
 halcompile --compile thermotwin_guard.comp
 if [ "${1:-}" = install ]; then halcompile --install thermotwin_guard.comp; fi

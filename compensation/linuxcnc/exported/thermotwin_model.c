@@ -20,10 +20,11 @@
 #include <unistd.h>
 
 #include "model_rows.h"
+#include "pause.h"
 #include "twin.h"
 
 enum { longest_path = 4000, head_words = 2 };
-static const double longest_pause_s = 7 * 86400.0, pause_step_s = 60.0, live_s = 1.0;
+static const double live_s = 1.0;
 
 static double state_block[TT_STATE_BYTES / 8 + 1], work_block[TT_WORK_BYTES / 8 + 1];
 /* A saved state: session and time of the last row, then the twin's. */
@@ -82,8 +83,8 @@ static size_t fetch(const char* path) {
 
 /* Returns whether the twin goes on from the file, if that is later than `after`. */
 static int load(tt_twin* twin, const char* path, double* after, uint64_t* session) {
-  static const char* const reasons[] = {"", "no state of a model, or cut off", "of another version",
-                                        "of another model", "damaged"};
+  static const char* const reasons[] = {"", "no state of a model, or cut off", "of another version", "of another model",
+                                        "damaged"};
   const size_t bytes = fetch(path);
   double time = 0.0;
   int why = TT_NO_STATE;
@@ -102,20 +103,6 @@ static int load(tt_twin* twin, const char* path, double* after, uint64_t* sessio
   return 1;
 }
 
-/* Rows of a machine that is off, from the last row to the time. What its surroundings were last told still holds. */
-static void pass_pause(tt_twin* twin, double until) {
-  const tt_model* m = twin->model;
-  static double off[TT_CHANNELS];
-  double time = twin->now->time;
-  for (int k = 0; k < m->channels; ++k) {
-    off[k] = m->channel_state[k] ? 0.0 : m->channel_temperature[k] ? NAN : m->channel_default[k];
-  }
-  for (int a = 0; a < m->axes; ++a) off[m->axis_position[a]] = NAN; /* axes stay where they are */
-  if (m->machine_on >= 0) off[m->machine_on] = 0.0;
-  tt_twin_row(twin, time + 1e-3, off, NULL);
-  for (time += pause_step_s; time < until - 1e-3; time += pause_step_s) tt_twin_row(twin, time, off, NULL);
-}
-
 /* The offset to add to the pins' time so that the twin's time rises. */
 static double shift_after_start(tt_twin* twin, const model_row* row, int loaded, uint64_t session) {
   const double pause = row->time_s - twin->now->time;
@@ -125,13 +112,13 @@ static double shift_after_start(tt_twin* twin, const model_row* row, int loaded,
     return twin->now->time - row->time_s + 1.0;
   }
   if (row->session == session) return 0.0;
-  if (pause > longest_pause_s) {
+  if (pause > TT_LONGEST_PAUSE_S) {
     say("state", "is older than 7 days; the start is cold");
     memset(state_block, 0, sizeof state_block);
     tt_twin_begin(twin, twin->model, state_block, work_block);
     return 0.0;
   }
-  pass_pause(twin, row->time_s);
+  tt_twin_pass_pause(twin, row->time_s);
   return 0.0;
 }
 

@@ -148,8 +148,8 @@ static void run(all_pins* pins, const settings* how) {
     model_link_send(&link, &row, now);
     if (model_link_answer(&link, wait_ms, seconds(CLOCK_MONOTONIC), &answer))
       show(pins, &answer, 1e3 * (seconds(CLOCK_MONOTONIC) - begun - (answer.time_s - wall)));
-    *pins->model_is_up = link.process > 0;
-    *pins->restarts = link.starts > 0 ? link.starts - 1 : 0;
+    *pins->model_is_up = link.link.process > 0;
+    *pins->restarts = link.link.starts > 0 ? link.link.starts - 1 : 0;
     next.tv_nsec += (long)(1e9 * how->period_s);
     while (next.tv_nsec >= 1000000000L) ++next.tv_sec, next.tv_nsec -= 1000000000L;
     if (seconds(CLOCK_MONOTONIC) > (double)next.tv_sec + 1e-9 * (double)next.tv_nsec)
@@ -184,8 +184,9 @@ int main(int argc, char** argv) {
   all_pins* pins;
   int component;
   if (!read_settings(argc, argv, &how)) {
-    fprintf(stderr, "usage: thermotwin_pins --model PROGRAM --state FILE [--name NAME] [--period-ms 1 to 1000] "
-                    "[--mm-per-unit NUMBER]\n");
+    fprintf(stderr,
+            "usage: thermotwin_pins --model PROGRAM --state FILE [--name NAME] [--period-ms 1 to 1000] "
+            "[--mm-per-unit NUMBER]\n");
     return 2;
   }
   component = hal_init(how.name);

@@ -51,8 +51,7 @@ static void fill(model_row* row, double time, int off) {
 static void compare(const model_answer* answer, double time, int counted) {
   for (int i = 0; i < TT_LINEAR_AXES; ++i) {
     const double got = answer->offset_um[i], due = reference.offset_um[i];
-    if (last_time > 0.0)
-      fastest = fmax(fastest, fabs(got - last_um[i]) / (time - last_time) / tt_the_model.rate_um_s);
+    if (last_time > 0.0) fastest = fmax(fastest, fabs(got - last_um[i]) / (time - last_time) / tt_the_model.rate_um_s);
     last_um[i] = got;
     offset_um = fmax(offset_um, fabs(due));
     if (!counted) continue;
@@ -72,7 +71,7 @@ static void row(double time, uint64_t session, int counted) {
   tt_twin_row(&reference, time, one.channels, NULL);
   while (now_s() - begun < 5.0) {
     model_link_tend(&link_to, now_s());
-    if (link_to.unanswered == 0) model_link_send(&link_to, &one, now_s());
+    if (link_to.link.unanswered == 0) model_link_send(&link_to, &one, now_s());
     if (!model_link_answer(&link_to, 20, now_s(), &answer)) continue;
     ++answers;
     longest_s = fmax(longest_s, now_s() - begun);
@@ -83,7 +82,7 @@ static void row(double time, uint64_t session, int counted) {
 }
 
 static void end_process(void) {
-  if (link_to.process > 0) kill(link_to.process, SIGKILL);
+  if (link_to.link.process > 0) kill(link_to.link.process, SIGKILL);
 }
 
 /* The first `share` of a file's bytes, as if the rest had not reached the disk. */
@@ -123,7 +122,7 @@ static void cuts(const char* state, int count) {
   for (int k = 0; k < count; ++k) {
     for (int i = 0; i < 200 + (int)(20.0 * chance()); ++i) row(time += row_s, (uint64_t)k, 0);
     end_process();
-    while (link_to.process > 0 && kill(link_to.process, 0) == 0 ) model_link_tend(&link_to, now_s());
+    while (link_to.link.process > 0 && kill(link_to.link.process, 0) == 0) model_link_tend(&link_to, now_s());
     leave_as_a_cut_may(state, k);
     model_link_begin(&link_to, link_to.program, state);
     fill(&off, time, 1);

@@ -82,7 +82,7 @@ protected:
       const std::string cc = "cc -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Werror -Icore -I. ";
       const std::string said = run(fmt::format(
           "cd {0} && rm core/main.c && {1} -c core/*.c && {1} thermotwin_model.c *.o -o thermotwin_model -lm 2>&1 && "
-          "{1} {2}/tests/compensation/linuxcnc/drive.c model_link.c *.o -o drive -lm 2>&1",
+          "{1} {2}/tests/compensation/linuxcnc/drive.c model_link.c process_link.c *.o -o drive -lm 2>&1",
           path.string(), cc, THERMOTWIN_SOURCE_DIR));
       EXPECT_EQ(said, "");
       return path.string();

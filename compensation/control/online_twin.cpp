@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/control/online_twin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "compensation/control/pause.h"
+#include "compensation/control/probing.h"
+#include "compensation/control/twin_jobs.h"
+#include "compensation/control/twin_memory.h"
+#include "compensation/online/error_states.h"
+#include "core/error.h"
+#include "core/missing.h"
+#include "core/progress.h"
+#include "core/range.h"
+#include "core/units.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Status status_of(int status) {
+  switch (status) {
+    case TT_OK: return Status::ok;
+    case TT_LIMITED:
+    case TT_STARTING: return Status::limited;
+    case TT_SENSOR_FAILED: return Status::sensor_failed;
+    case TT_NO_SENSORS: return Status::no_sensors;
+    case TT_OUTSIDE_WORKSPACE: return Status::outside_workspace;
+    case TT_INPUT_MISSING: return Status::input_missing;
+    default: return Status::failed;
+  }
+}
+
+OffsetLimits limits_of(const ControlData& data) {
+  OffsetLimits limits;
+  limits.largest_um = data.largest_um;
+  limits.rate_um_s = data.rate_um_s;
+  limits.slope_um = Map<const VectorXd>(data.axis_slope_um.data(), std::ssize(data.axis_slope_um));
+  limits.rapid = Map<const VectorXd>(data.axis_rapid.data(), std::ssize(data.axis_rapid));
+  return limits;
+}
+
+void add_name(std::string& list, const char* name, const char* fault) {
+  list += fmt::format("{}{}={}", list.empty() ? "" : " ", name, fault);
+}
+
+}  // namespace
+
+struct OnlineTwin::Work {
+  const reduction::ReducedModel& model;
+  ControlOptions options;
+  solver::OperatingModel operating;
+  OutputMap map;
+  ControlModel control;
+  TwinMemory twin;
+  OffsetLimits limits;
+  Offsets offsets;
+  std::vector<Index> absent;
+  bool was_loaded = false;  ///< and no row has come since
+  long probed = 0;
+  /// Sums over the rows, for detectability().
+  double duration = 0;
+  VectorXd sum_p, sum_q, sum_state;
+  std::vector<long> readings;
+
+  Work(const reduction::ReducedModel& m, const ControlOptions& o)
+      : model(m),
+        options(o),
+        operating(m.machine, m.system.layout),
+        map(m),
+        control(m, o),
+        twin(control.model()),
+        limits(limits_of(control.data())),
+        sum_p(VectorXd::Zero(control.data().terms)),
+        sum_q(VectorXd::Zero(control.data().inputs)),
+        sum_state(VectorXd::Zero(control.data().order)),
+        readings(m.machine.sensors.size(), 0) {
+    offsets.offset_um = offsets.std_um = VectorXd::Zero(std::ssize(map.axes()));
+  }
+
+  const tt_model& data() const { return control.model(); }
+  const tt_errors& errors() const { return twin->observer.errors; }
+  double time() const { return twin->now->started != 0 ? twin->now->time : core::missing; }
+
+  void check_row(double at, const VectorXd& told, const VectorXd& sensors_C) const {
+    if (told.size() != data().channels) {
+      throw core::InputError("online twin row", fmt::format("{} values", told.size()),
+                             fmt::format("{}, one for each channel", data().channels));
+    }
+    if (sensors_C.size() != 0 && sensors_C.size() != data().sensors) {
+      throw core::InputError("online twin sensors", fmt::format("{} readings", sensors_C.size()),
+                             fmt::format("none or {}, one for each sensor", data().sensors));
+    }
+    if (!std::isfinite(at) || at <= time()) {
+      const char* of_what = was_loaded ? " of the saved state" : "";
+      throw core::InputError(
+          "online twin time",
+          std::isnan(time()) ? fmt::format("{} s", at) : fmt::format("{} s after {} s{}", at, time(), of_what),
+          was_loaded ? "rows after the saved state; move the state away to start cold"
+                     : "times that rise from row to row");
+    }
+  }
+
+  /// Offsets of before the pause are no longer applied by anybody.
+  void begin_offsets_anew() {
+    twin->now->guarded = 0;
+    std::fill_n(twin->offset_um, data().linear_axes, 0.0);
+  }
+
+  void tell_absent() {
+    if (!was_loaded) {
+      for (const Index channel : absent) tt_twin_never_given(twin.get(), static_cast<int>(channel));
+      return;
+    }
+    // The state knows what its rows had; these rows may have other columns.
+    std::fill_n(twin->untold, data().channels, 0);
+    for (const Index channel : absent) twin->untold[channel] = 1;
+  }
+
+  /// The first row after a saved state.
+  void go_on(double at) {
+    const double pause = at - time();
+    if (pause > static_cast<double>(TT_LONGEST_PAUSE_S)) {
+      core::warn(fmt::format("the saved state is {:.1f} days older than the first row, more than {} days: cold start",
+                             pause / 86400.0, TT_LONGEST_PAUSE_S / 86400));
+      twin.begin_anew();
+      was_loaded = false;
+      tell_absent();
+    } else if (pause > options.compensator.correction_s) {
+      core::log_line(fmt::format("pause of {:.0f} s since the saved state: computed as a machine that is off", pause));
+      tt_twin_pass_pause(twin.get(), at);
+      begin_offsets_anew();
+    }
+    was_loaded = false;
+  }
+
+  const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
+    check_row(at, told, sensors_C);
+    if (was_loaded) go_on(at);
+    if (at - time() > longest_gap_s) {
+      throw core::InputError("online twin time", fmt::format("{} s after {} s", at, time()),
+                             fmt::format("rows at most {} s apart", longest_gap_s));
+    }
+    const double before = time();
+    const bool has_readings = options.compensator.use_sensors && sensors_C.size() > 0;
+    const int status = tt_twin_row(twin.get(), at, told.data(), has_readings ? sensors_C.data() : nullptr);
+    if (!std::isnan(before)) add_to_means(at - before, has_readings ? sensors_C : VectorXd());
+    return write(at, status);
+  }
+
+  const Offsets& write(double at, int status) {
+    const tt_twin* now = twin.get();
+    offsets.time = at;
+    offsets.status = status_of(status);
+    offsets.offset_um = Map<const VectorXd>(now->offset_um, data().linear_axes);
+    offsets.std_um = Map<const VectorXd>(now->std_um, data().linear_axes);
+    offsets.failed_sensors.clear();
+    for (int s = 0; s < data().sensors; ++s) {
+      if (tt_twin_sensor_fault(now, s) != TT_SENSOR_FINE)
+        add_name(offsets.failed_sensors, data().sensor_names[s], tt_twin_sensor_fault_text(now, s));
+    }
+    offsets.failed_inputs.clear();
+    for (int k = 0; k < data().channels; ++k) {
+      if (now->fault[k] != TT_FAULT_NONE)
+        add_name(offsets.failed_inputs, data().channel_names[k], tt_fault_text(now->fault[k]));
+    }
+    return offsets;
+  }
+
+  void add_to_means(double seconds, const VectorXd& sensors_C) {
+    const tt_twin* now = twin.get();
+    if (!(now->now->last_step > 0.0)) return;
+    duration += seconds;
+    sum_p += seconds * Map<const VectorXd>(now->p, sum_p.size());
+    sum_q += seconds * Map<const VectorXd>(now->q, sum_q.size());
+    sum_state += seconds * Map<const VectorXd>(now->state, sum_state.size());
+    for (Index s = 0; s < sensors_C.size(); ++s)
+      readings[s] += std::isfinite(sensors_C[s]) && tt_trusted(&now->observer.trust, static_cast<int>(s)) != 0;
+  }
+
+  mesh::Pose pose() const {
+    const VectorXd row = Map<const VectorXd>(twin->row, data().channels);
+    return operating.pose(row);
+  }
+
+  OutputMap::Projected projected(const double* outputs) const {
+    const Index tool = data().tool_poses, table = data().table_poses;
+    return {Map<const MatrixXd>(outputs, 6, tool), Map<const MatrixXd>(outputs + 6 * tool, 6, table),
+            Map<const MatrixXd>(outputs + 6 * (tool + table), 7, table)};
+  }
+
+  solver::TcpError tcp(const mesh::Pose& at) const {
+    if (twin->now->started == 0) return {solver::Vector6::Zero(), solver::Vector6::Zero(), solver::Vector6::Zero()};
+    solver::TcpError error = map.tcp(projected(twin->base), projected(twin->slope), tt_share_ahead(twin.get()), at);
+    if (data().observer == 0 || tt_errors_learns(&errors()) == 0) return error;
+    double shares[tt_outputs];
+    tt_errors_output_shares(&errors(), shares);
+    for (int i = 0; i < 3; ++i) {
+      error.tool[i] *= 1.0 + shares[i];
+      error.table[i] *= 1.0 + shares[3 + i];
+      error.error[i] = error.tool[i] - error.table[i] + shares[6 + i];
+    }
+    return error;
+  }
+
+  void probe(const mesh::Pose& at, const Eigen::Vector3d& error_um, double std_um) {
+    if (twin->now->started == 0)
+      throw core::InputError("compensator probe", "no row yet", "probing after the first row");
+    check_probe(error_um, std_um);
+    const Eigen::Vector3d error = error_um * core::units::um;
+    probed += tt_twin_probe(twin.get(), at.data(), error.data(), std_um * core::units::um);
+  }
+
+  ErrorModel::State filled(ErrorModel::State state, int k) const {
+    const tt_errors& e = errors();
+    const int all = tt_errors_count(e.sensitivities.model);
+    state.value = e.theta[k];
+    state.std = std::sqrt(std::max(0.0, e.sigma[k + static_cast<long>(k) * all]));
+    state.prior_std = e.prior[k];
+    state.memory_s = e.memory[k];
+    return state;
+  }
+
+  std::vector<ErrorModel::State> learned() const {
+    std::vector<ErrorModel::State> all;
+    if (data().observer == 0 || twin->now->started == 0) return all;
+    const tt_errors& e = errors();
+    const tt_sensor_model& sensors = *e.sensitivities.model;
+    int k = 0;
+    for (const UncertainQuantity& quantity : uncertain_quantities(model)) {
+      ErrorModel::State state;
+      state.name = quantity.name;
+      state.unit = quantity.unit;
+      all.push_back(filled(std::move(state), k++));
+    }
+    const std::vector<DriveHeat> drives = drive_heats(model, operating, operating.channels().defaults());
+    for (int d = 0; d < sensors.drives; ++d) {
+      if (e.sensitivities.drive_known[d] != 0)
+        all.push_back(filled(unrecorded_state(drives[control.data().heating_drive[d]].name), sensors.quantities + d));
+    }
+    for (int mode = 0; mode <= tt_errors_shapes(&e); ++mode)
+      all.push_back(filled(start_state(mode), tt_first_start(&sensors) + mode));
+    for (int s = 0; s < data().sensors; ++s)
+      all.push_back(filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(&sensors) + s));
+    for (int i = 0; tt_errors_learns(&e) != 0 && i < tt_outputs; ++i)
+      all.push_back(filled(output_state(i), tt_errors_first_output(&sensors) + i));
+    return all;
+  }
+
+  Detectability detectability() const {
+    if (!(duration > 0.0))
+      throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
+    const reduction::ReducedSystem& system = model.system;
+    const VectorXd p = sum_p / duration, q = sum_q / duration;
+    // The true state is nearer to the corrected one than to the nominal one.
+    const tt_sensitivities& columns = errors().sensitivities;
+    const Index order = data().order, quantities_and_start = tt_columns(columns.model);
+    const VectorXd corrected =
+        sum_state / duration + Map<const MatrixXd>(columns.directions, order, quantities_and_start) *
+                                   Map<const VectorXd>(errors().theta, quantities_and_start);
+    // The core's states have capacity 1: x' = L^T x.
+    const VectorXd state = system.capacity.llt().matrixU().solve(corrected);
+    MatrixXd matrix = system.conduction;
+    for (Index j = 0; j < p.size(); ++j) matrix += p[j] * system.terms[j];
+    std::vector<UncertainQuantity> quantities = uncertain_quantities(model);
+    MatrixXd rates = quantity_rates(model, quantities, inputs_of_terms(model), p, q, state);
+    const std::vector<ErrorModel::State> known = learned();
+    std::vector<ErrorModel::State> constants(known.begin(), known.begin() + std::ssize(quantities));
+    for (int d = 0, at = 0; d < columns.model->drives; ++d) {
+      if (columns.drive_known[d] == 0) continue;
+      constants.push_back(known[quantities.size() + at++]);
+      rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
+      const VectorXd heat = Map<const VectorXd>(columns.heat + d * order, order);
+      rates.rightCols(1) = columns.unrecorded[d] != 0 ? VectorXd(system.capacity.llt().matrixL() * heat)
+                                                      : VectorXd(VectorXd::Zero(order));
+    }
+    const auto sensors = std::ssize(model.machine.sensors);
+    VectorXd deviations(sensors);
+    for (Index s = 0; s < sensors; ++s) {
+      constants.push_back(
+          filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(columns.model) + static_cast<int>(s)));
+      deviations[s] = readings[s] > 0 && twin->observer.trust.drift.drifts[s] == 0
+                          ? tt_reading_std(model.machine.sensors[s].uncertainty, 0.0)
+                          : solver::not_given;
+    }
+    return compensation::detectability(system.capacity, matrix, rates, system.sensors.topRows(sensors), constants,
+                                       deviations);
+  }
+};
+
+OnlineTwin::OnlineTwin(const reduction::ReducedModel& model, const ControlOptions& options) {
+  options.validate();
+  work_ = std::make_unique<Work>(model, options);
+}
+OnlineTwin::~OnlineTwin() = default;
+OnlineTwin::OnlineTwin(OnlineTwin&&) noexcept = default;
+
+const solver::Channels& OnlineTwin::channels() const { return work_->operating.channels(); }
+const std::vector<std::string>& OnlineTwin::axes() const { return work_->map.axes(); }
+const OffsetLimits& OnlineTwin::limits() const { return work_->limits; }
+
+void OnlineTwin::never_told(const std::vector<Index>& channels) {
+  for (const Index channel : channels)
+    core::require_within("online twin never_told", channel, {0.0, work_->data().channels - 1.0});
+  work_->absent = channels;
+  work_->tell_absent();
+}
+
+const Offsets& OnlineTwin::step(double time, const VectorXd& row, const VectorXd& sensors_C) {
+  return work_->step(time, row, sensors_C);
+}
+
+void OnlineTwin::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) {
+  work_->probe(pose, error_um, std_um);
+}
+
+void OnlineTwin::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const VectorXd& applied_um,
+                                   double std_um) {
+  work_->probe(pose, left_um - work_->map.motion(applied_um), std_um);
+}
+
+long OnlineTwin::probed() const { return work_->probed; }
+std::vector<ErrorModel::State> OnlineTwin::learned() const { return work_->learned(); }
+Detectability OnlineTwin::detectability() const { return work_->detectability(); }
+solver::TcpError OnlineTwin::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }
+
+VectorXd OnlineTwin::std_um(const mesh::Pose& pose) const {
+  const VectorXd offset_um = work_->map.offsets(work_->tcp(pose)) / core::units::um;
+  VectorXd std_um(offset_um.size());
+  tt_twin_std_at(work_->twin.get(), pose.data(), offset_um.data(), std_um.data());
+  return std_um;
+}
+
+mesh::Pose OnlineTwin::pose() const { return work_->pose(); }
+VectorXd OnlineTwin::state() const {
+  const tt_twin* now = work_->twin.get();
+  const VectorXd own =
+      Map<const VectorXd>(work_->data().observer != 0 ? now->observer.corrected : now->state, work_->data().order);
+  return work_->model.system.capacity.llt().matrixU().solve(own);
+}
+
+VectorXd OnlineTwin::predicted_sensors_C() const {
+  VectorXd predicted(work_->data().sensors);
+  tt_twin_predicted_C(work_->twin.get(), predicted.data());
+  return predicted;
+}
+
+VectorXd OnlineTwin::readings_C() const {
+  const Index sensors = work_->data().sensors;
+  if (work_->data().observer == 0) return VectorXd::Constant(sensors, core::missing);
+  return Map<const VectorXd>(work_->twin->observer.reading_C, sensors);
+}
+
+std::vector<std::string> OnlineTwin::sensor_faults() const {
+  std::vector<std::string> faults(work_->model.machine.sensors.size());
+  for (std::size_t s = 0; s < faults.size(); ++s) {
+    const int sensor = static_cast<int>(s);
+    if (tt_twin_sensor_fault(work_->twin.get(), sensor) != TT_SENSOR_FINE)
+      faults[s] = tt_twin_sensor_fault_text(work_->twin.get(), sensor);
+  }
+  return faults;
+}
+
+VectorXd OnlineTwin::wanted_um() const {
+  return Map<const VectorXd>(work_->twin->wanted_um, work_->data().linear_axes);
+}
+
+GuardState OnlineTwin::guard() const {
+  switch (work_->twin->now->guard) {
+    case TT_FOLLOWING: return GuardState::following;
+    case TT_GUARD_LIMITED: return GuardState::limited;
+    case TT_HOLDING_STILL: return GuardState::holding;
+    default: return GuardState::returning;
+  }
+}
+
+double OnlineTwin::time() const { return work_->time(); }
+std::string OnlineTwin::saved() const { return work_->twin.saved(); }
+
+void OnlineTwin::load(std::string_view saved, const std::string& name) {
+  work_->twin.load(saved, name);
+  work_->was_loaded = work_->twin->now->started != 0;
+}
+
+void OnlineTwin::save_file(const std::filesystem::path& path) const { work_->twin.save_file(path); }
+
+void OnlineTwin::load_file(const std::filesystem::path& path) {
+  work_->twin.load_file(path);
+  work_->was_loaded = work_->twin->now->started != 0;
+}
+
+void OnlineTwin::pass_pause(double until) { tt_twin_pass_pause(work_->twin.get(), until); }
+
+}  // namespace thermotwin::compensation

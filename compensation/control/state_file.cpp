@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/control/state_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/progress.h"
+
+namespace thermotwin::compensation {
+
+StateFile::StateFile(std::filesystem::path path) : path_(std::move(path)) {
+  if (const auto folder = path_.parent_path(); !folder.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+  }
+  const std::string lock = path_.string() + ".lock";
+  lock_ = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0) throw core::InputError(lock, std::strerror(errno), "a state in a folder that may be written");
+  if (::flock(lock_, LOCK_EX | LOCK_NB) == 0) return;
+  const int reason = errno;
+  if (reason != EWOULDBLOCK) {
+    core::warn(path_.string() + " is not locked against a second process: " + std::strerror(reason));
+    return;
+  }
+  ::close(lock_);
+  throw core::InputError(path_.string(), "another process goes on from this state",
+                         "one process per state; wait until it has ended, or name another file");
+}
+
+StateFile::~StateFile() { ::close(lock_); }
+
+std::optional<std::string> StateFile::read() const {
+  if (!std::filesystem::exists(path_)) return std::nullopt;
+  return core::read_file(path_);
+}
+
+void StateFile::after_row(double time, const std::function<std::string()>& saved) {
+  if (time - written_at_ < state_every_s) return;
+  written_at_ = time;
+  // The offsets go on where the state cannot be written.
+  try {
+    write(saved());
+    warned_ = false;
+  } catch (const core::InputError& error) {
+    if (!warned_) core::warn(error.what());
+    warned_ = true;
+  }
+}
+
+void StateFile::write(const std::string& saved) const { core::write_file(path_, saved); }
+
+}  // namespace thermotwin::compensation

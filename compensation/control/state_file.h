@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The file of a saved state beside a running model. It is written whole, at least once a minute of machine time and at
+// the end, so that a kill or a power cut costs at most a minute. One process at a time goes on from a file.
+
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace thermotwin::compensation {
+
+/// Machine time between two writes, s.
+inline constexpr double state_every_s = 60.0;
+
+class StateFile {
+public:
+  /// Takes the lock <path>.lock, which ends with the process.
+  /// @throws InputError if another process has it, or the folder cannot be written
+  explicit StateFile(std::filesystem::path path);
+  ~StateFile();
+  StateFile(const StateFile&) = delete;
+  StateFile& operator=(const StateFile&) = delete;
+
+  /// @return the bytes; nothing where there is no file yet  @throws InputError if it cannot be read
+  std::optional<std::string> read() const;
+
+  /// After each row: writes where a minute has passed. A write that fails is a warning, once, and is tried again with
+  /// the next minute; the file before it is still whole. @param time  s  @param saved  gives the bytes
+  void after_row(double time, const std::function<std::string()>& saved);
+  /// @throws InputError (disk full, no permission)
+  void write(const std::string& saved) const;
+
+private:
+  std::filesystem::path path_;
+  int lock_ = -1;
+  double written_at_ = -std::numeric_limits<double>::infinity();
+  bool warned_ = false;
+};
+
+}  // namespace thermotwin::compensation

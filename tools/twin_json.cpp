@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/twin_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "core/text.h"
+#include "core/units.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/export/scene_file.h"
+#include "tools/reduced_scene.h"
+
+namespace thermotwin::tools {
+namespace {
+
+constexpr double details_every_s = 1.0;
+
+/// Rounded, so that a line stays short; null for no number.
+nlohmann::json number(double value, double parts) {
+  return std::isfinite(value) ? nlohmann::json(std::round(value * parts) / parts) : nlohmann::json();
+}
+
+const char* text_of(compensation::GuardState state) {
+  switch (state) {
+    case compensation::GuardState::following: return "following";
+    case compensation::GuardState::limited: return "limited";
+    case compensation::GuardState::holding: return "holding";
+    case compensation::GuardState::returning: return "returning";
+  }
+  return "";
+}
+
+}  // namespace
+
+TwinJson::TwinJson(const reduction::ReducedModel& model, const compensation::OnlineTwin& twin,
+                   const std::filesystem::path& model_file)
+    : model_(model),
+      twin_(twin),
+      poses_(mesh::workspace_poses(model.machine)) {
+  for (const std::string& axis : twin.axes()) axes_.push_back(core::lower(axis));
+  const auto scene = solver::read_scene(model_file.parent_path() / "scene.bin", model.machine, scene_stamp(model));
+  if (scene && scene->turn.rows() == model.system.order()) turn_ = scene->turn;
+}
+
+std::string TwinJson::line(const compensation::Offsets& offsets, std::string_view status) {
+  nlohmann::json json = {{"time_s", offsets.time}, {"status", status}, {"guard", text_of(twin_.guard())}};
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    json["offset_um"][axes_[i]] = number(offsets.offset_um[k], 1e4);
+    json["std_um"][axes_[i]] = number(offsets.std_um[k], 1e4);
+  }
+  const mesh::Pose pose = twin_.pose();
+  const bool first = last_pose_.size() == 0;
+  json["motion_um"] = first ? 0.0 : twin_.limits().motion_um(last_pose_, pose, offsets.time - last_time_);
+  json["wanted_um"] = nlohmann::json::array();
+  for (const double value : twin_.wanted_um())
+    json["wanted_um"].push_back(std::isfinite(value) ? nlohmann::json(value) : nlohmann::json());
+  last_pose_ = pose;
+  last_time_ = offsets.time;
+  if (offsets.time < next_details_) return json.dump();
+  next_details_ = offsets.time + details_every_s;
+  const Eigen::VectorXd predicted = twin_.predicted_sensors_C(), readings = twin_.readings_C();
+  const std::vector<std::string> faults = twin_.sensor_faults();
+  json["axes"] = axes_;
+  json["limits"] = {{"largest_um", twin_.limits().largest_um}, {"rate_um_s", twin_.limits().rate_um_s}};
+  json["sensors"] = nlohmann::json::array();
+  for (std::size_t s = 0; s < faults.size(); ++s) {
+    const auto k = static_cast<Eigen::Index>(s);
+    json["sensors"].push_back({{"id", model_.machine.sensors[s].id},
+                               {"reading_C", number(readings[k], 1e3)},
+                               {"predicted_C", number(predicted[k], 1e3)},
+                               {"fault", faults[s]}});
+  }
+  for (const mesh::Pose& pose : poses_) {
+    const solver::TcpError error = twin_.tcp(pose);
+    for (int i = 0; i < 3; ++i) json["errors_um"].push_back(number(error.error[i] / core::units::um, 1e3));
+  }
+  if (turn_.size() > 0) {
+    const Eigen::VectorXd modes = turn_.transpose() * twin_.state();
+    for (const double value : modes) json["modes"].push_back(value);
+  }
+  return json.dump();
+}
+
+}  // namespace thermotwin::tools
