@@ -27,6 +27,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <regex>
 #include <set>
 #include <stdexcept>
 
@@ -156,6 +157,28 @@ std::string one_of(const std::string& value, const std::string& place, const std
   throw InputError(place, "\"" + value + "\"", "one of: " + join(allowed));
 }
 
+/// What is meant by a line that is no TOML, as far as its form tells; else "TOML 1.0".
+std::string allowed_instead(const std::string& text, std::size_t line_number, const std::string& description) {
+  std::size_t begin = 0;
+  for (std::size_t line = 1; line < line_number && begin != std::string::npos; ++line) {
+    begin = text.find('\n', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  if (begin == std::string::npos) return "TOML 1.0";
+  const std::string line = text.substr(begin, text.find('\n', begin) - begin);
+  std::smatch found;
+  static const std::regex comma(R"(^\s*([\w.-]+)\s*=\s*([-+]?\d+),(\d+)\s*(#.*)?$)");
+  if (std::regex_search(line, found, comma))
+    return fmt::format("a decimal point: {} = {}.{}", found[1].str(), found[2].str(), found[3].str());
+  static const std::regex bare(R"(^\s*([\w.-]+)\s*=\s*([A-Za-z_][\w.-]*)\s*(#.*)?$)");
+  if (std::regex_search(line, found, bare))
+    return fmt::format("a text in quotes: {} = \"{}\"", found[1].str(), found[2].str());
+  static const std::regex header(R"(^\s*\[\s*([\w.-]+)\s*\]\s*(#.*)?$)");
+  if (std::regex_search(line, found, header) && description.find("redefine") != std::string::npos)
+    return fmt::format("each [table] once; of several ones [[{}]] each", found[1].str());
+  return "TOML 1.0";
+}
+
 /// "4:7" for an offset; columns count bytes.
 std::string line_and_column(const std::string& text, std::size_t offset) {
   const auto line = 1 + std::count(text.begin(), text.begin() + offset, '\n');
@@ -196,7 +219,9 @@ Config Config::parse(const std::string& text, const std::string& source, const K
     config.data_->root = toml::parse(std::string_view(text));
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
-    throw InputError(fmt::format("{}:{}:{}", source, at.line, at.column), std::string(error.description()), "TOML 1.0");
+    const std::string description(error.description());
+    throw InputError(fmt::format("{}:{}:{}", source, at.line, at.column), description,
+                     allowed_instead(text, at.line, description));
   }
   return config;
 }
@@ -273,7 +298,17 @@ Uncertain Node::uncertain(const std::string& key, std::optional<Range> given) co
   data->keys = nullptr;
   data->path = data_->path_of(key);
   const Node inner(std::move(data));
-  const Uncertain result{inner.number("value", range), inner.number("std_percent", non_negative)};
+  const double nominal = inner.number("value", range);
+  if (!inner.has("std_percent")) {
+    const std::vector<std::string> written = inner.keys();
+    const auto other = std::find_if(written.begin(), written.end(), [](const std::string& k) { return k != "value"; });
+    throw InputError(inner.place("std_percent"),
+                     "missing" + (other == written.end() ? std::string() : " (found: " + *other + ")"),
+                     fmt::format("std_percent, one standard deviation in percent: {} = {{value = {:.9g}, std_percent = "
+                                 "10}}; or {} = {:.9g} for an exact value",
+                                 key, nominal, key, nominal));
+  }
+  const Uncertain result{nominal, inner.number("std_percent", non_negative)};
   inner.finish();
   return result;
 }
@@ -431,6 +466,10 @@ std::vector<Node> Node::tables(const std::string& key) const {
   std::vector<Node> nodes;
   if (value == nullptr) return nodes;
   const std::string allowed = fmt::format("tables: [[{0}]] or {0} = [{{...}}, ...]", key);
+  if (value->is_table()) {
+    throw InputError(place(key), fmt::format("one table [{}]", key),
+                     fmt::format("double brackets, of one table too: [[{}]]", key));
+  }
   const toml::array& array = array_from(*value, place(key), allowed);
   for (std::size_t i = 0; i < array.size(); ++i) {
     if (!array[i].is_table()) throw InputError(element_place(place(key), i), shown(array[i]), allowed);

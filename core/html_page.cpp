@@ -33,8 +33,8 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
   line-height:1.3; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th {
   text-align:left; vertical-align:bottom; line-height:1.3; color:var(--soft); font-weight:500; font-size:13px }
-  th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td.w {
-  white-space:normal; min-width:200px } td.n,th.n { text-align:right; padding-right:18px }
+  th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td:not(.n) {
+  white-space:normal; overflow-wrap:anywhere; min-width:84px } td.w { min-width:200px } td.n,th.n { text-align:right; padding-right:18px }
   td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px;
   background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%;
@@ -62,7 +62,7 @@ details { margin-top:14px } summary { cursor:pointer; color:var(--soft); font-si
 .card > p:first-child { margin-top:0 } .card > p:last-child { margin-bottom:0 } p.below { color:var(--soft);
   font-size:13px; margin:12px 0 0 }
 @media (max-width:700px) { main { padding:18px 12px 40px } .card { padding:12px 13px } .scroll svg {
-  min-width:640px } td:not(.n) { white-space:normal; min-width:84px } .tiles {
+  min-width:640px } .tiles {
   grid-template-columns:repeat(auto-fit,minmax(140px,1fr)) } .tile strong { font-size:19px } }
 )";
 

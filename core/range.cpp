@@ -3,17 +3,29 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/error.h"
 
 namespace thermotwin::core {
+namespace {
+
+/// A bound without the slack that rounding needs: -60.0000002 is written -60, and -1e-7 is written 0.
+std::string bound(double value) {
+  const double round = std::round(1e3 * value) / 1e3;
+  const bool slack = std::abs(value - round) < 5e-7 && (round != 0.0 || value < 0.0);
+  return fmt::format("{:.9g}", slack ? round + 0.0 : value);
+}
+
+}  // namespace
 
 std::string phrase(const Range& range) {
   const bool bounded_below = range.low > any_number.low;
   const bool bounded_above = range.high < any_number.high;
-  if (bounded_below && bounded_above) return fmt::format("a number from {:.9g} to {:.9g}", range.low, range.high);
+  if (bounded_below && bounded_above) return "a number from " + bound(range.low) + " to " + bound(range.high);
   if (range.low == positive.low && !bounded_above) return "a number above 0";
-  if (bounded_below) return fmt::format("a number of at least {:.9g}", range.low);
-  if (bounded_above) return fmt::format("a number of at most {:.9g}", range.high);
+  if (bounded_below) return "a number of at least " + bound(range.low);
+  if (bounded_above) return "a number of at most " + bound(range.high);
   return "a finite number";
 }
 

@@ -254,7 +254,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     best.refined = true;
     judge(problem, best, d);
   }
-  std::vector<std::string> doubts{worsened(d)};
+  std::vector<std::string> doubts{uncertain_size(d), worsened(d)};
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
   for (const std::string& doubt : doubts)
     if (d.verdict == Verdict::explained && !doubt.empty()) leave_open(doubt, d);
@@ -281,6 +281,9 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);
+  const std::vector<std::string> hints = unit_hints(problem);
+  if (!hints.empty()) d.sentence += " Before anything else, check signs and units: the warnings name the channels.";
+  d.warnings.insert(d.warnings.begin(), hints.begin(), hints.end());
   return d;
 }
 

@@ -74,6 +74,7 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   result.surfaces = resolve_surfaces(machine, result.bodies);
   check_sensors(machine, result.bodies);
   check_scales(machine, result.bodies);
+  check_tcp(machine, result.bodies);
   return result;
 }
 

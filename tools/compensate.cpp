@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <streambuf>
 #include <unistd.h>
 
 #include "compensation/control/model_order.h"
@@ -15,6 +17,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/units.h"
 #include "reduction/model/model_file.h"
 #include "tools/axis_files.h"
 #include "tools/chain.h"
@@ -25,6 +28,8 @@
 namespace thermotwin::tools {
 
 namespace {
+
+constexpr double sensors_worsen = 1.05;  ///< RMS left with sensors over that without
 
 /// What the observer holds at the end, a line a state.
 std::string learned_csv(const compensation::OnlineModel& twin) {
@@ -179,23 +184,81 @@ private:
   bool any_row_ = false;
 };
 
+/// What the probed errors say of the offsets, and of the temperature sensors: the same rows without them.
+struct Probed {
+  long values = 0;
+  double before_um = 0, left_um = 0, std_um = 0;  ///< std_um: of a probed value
+  std::optional<double> left_without_sensors_um;
+
+  std::string sentence() const {
+    if (values == 0) return "";
+    std::string text =
+        fmt::format("; {} probed values: RMS {:.2f} um, {:.2f} um with the offsets", values, before_um, left_um);
+    if (!left_without_sensors_um) return text;
+    text += fmt::format(", {:.2f} um without temperature sensors", *left_without_sensors_um);
+    if (left_um > sensors_worsen * *left_without_sensors_um && left_um > *left_without_sensors_um + 0.5 * std_um) {
+      text +=
+          ". The sensors worsen the offsets: one reads another place than machine.toml states, or its offset is wrong; "
+          "--no-sensors leaves them out, thermotwin diagnose judges each";
+    }
+    return text;
+  }
+};
+
+/// Takes everything and keeps nothing.
+class NoOutput final : public std::streambuf {
+  int overflow(int c) override { return c; }
+  std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
+};
+
+Probed probed_of(const CompensateOptions& options, const reduction::ReducedModel& model,
+                 const compensation::StreamSummary& done) {
+  Probed probed{done.probed, done.probed_rms_um, done.left_rms_um, options.probe_std_um, {}};
+  // Rows that went on from a state cannot be run again from their start.
+  if (done.probed == 0 || options.no_sensors || !options.state.empty() || !std::filesystem::is_regular_file(options.in))
+    return probed;
+  compensation::ControlOptions blind = core_options(options);
+  blind.compensator.use_sensors = false;
+  compensation::OnlineTwin without(model, blind);
+  std::ifstream again(options.in, std::ios::binary);
+  NoOutput sink;
+  std::ostream nowhere(&sink);
+  compensation::StreamOptions quiet;
+  quiet.probe_std_um = options.probe_std_um;
+  quiet.log = quiet.warn = [](const std::string&) {};
+  probed.left_without_sensors_um =
+      compensation::compensate_stream(without, model.machine, again, options.in, nowhere, quiet).left_rms_um;
+  return probed;
+}
+
 void summarise(const CompensateOptions& options, const compensation::StreamSummary& done, double seconds,
-               Eigen::Index order, long probed) {
+               Eigen::Index order, long entered, const Probed& probed) {
   std::string statuses;
   for (const auto& [status, rows] : done.not_ok)
     statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);
   const double rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
+  const std::string span = std::isfinite(done.first_s)
+                               ? fmt::format(" from {:.10g} to {:.10g} s ({:.3g} h)", done.first_s, done.last_s,
+                                             (done.last_s - done.first_s) / core::units::hour)
+                               : "";
   const std::string text = fmt::format(
-      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}", done.rows, seconds, rate,
-      done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", order, memory,
-      statuses);
+      "compensate: {} rows{} in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}{}", done.rows, span,
+      seconds, rate, done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", order,
+      memory, statuses, probed.sentence());
   if (options.out == "-") {
     core::log_line(text);
     return;
   }
-  const nlohmann::json json = {
-      {"rows", done.rows}, {"unreadable", done.unreadable}, {"not_ok", done.not_ok}, {"seconds", seconds},
-      {"order", order},    {"peak_memory_GiB", memory},     {"probed", probed},      {"offsets", options.out.string()}};
+  nlohmann::json json = {{"rows", done.rows},     {"from_s", done.first_s},
+                         {"to_s", done.last_s},   {"unreadable", done.unreadable},
+                         {"not_ok", done.not_ok}, {"seconds", seconds},
+                         {"order", order},        {"peak_memory_GiB", memory},
+                         {"probed", entered},     {"offsets", options.out.string()}};
+  if (probed.values > 0) {
+    json["probed_rms_um"] = probed.before_um;
+    json["probed_left_rms_um"] = probed.left_um;
+    if (probed.left_without_sensors_um) json["probed_left_without_sensors_rms_um"] = *probed.left_without_sensors_um;
+  }
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
@@ -239,7 +302,7 @@ void compensate(const CompensateOptions& options) {
     });
   }
   run.finish();
-  summarise(options, done, time.seconds(), model.system.order(), twin.probed());
+  summarise(options, done, time.seconds(), model.system.order(), twin.probed(), probed_of(options, model, done));
 }
 
 }  // namespace thermotwin::tools

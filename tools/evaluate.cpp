@@ -138,6 +138,8 @@ nlohmann::json json_of(const compensation::Evaluation& evaluation) {
                                    {"channels", standing.channels},
                                    {"rms_reduction_percent", standing.reduction_percent},
                                    {"below_static_regression_percent", standing.against_static_percent},
+                                   {"channel_mean_percent", standing.channel_mean_percent},
+                                   {"predicted_percent", standing.predicted_percent},
                                    {"seen_by_fit", standing.seen_by_fit},
                                    {"caution", standing.caution}});
   }

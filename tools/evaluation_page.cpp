@@ -135,7 +135,9 @@ std::string evaluation_page(const EvaluateOptions& options, const compensation::
       core::html_title(title, "compensation models on one measurement") + headline(e) +
           core::html_section(
               "RMS removed",
-              "orange: the twin of the machine; grey: the static regression; blue: models fitted to the training rows",
+              "orange: the twin of the machine; grey: the static regression; blue: models fitted to the training rows. "
+              "All models are judged on the same rows: 1 - root of the summed mean squares after over those before. A "
+              "rotation counts as the displacement at 300 mm; what a model does not predict counts as not compensated.",
               core::html_wide(880, compensation::leaderboard_svg(e))) +
           channels(e) + notes(e) + next_steps(options));
 }

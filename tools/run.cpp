@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/toml_place.h"
 #include "core/units.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/machine_value.h"
@@ -39,6 +40,7 @@
 #include "tools/options.h"
 #include "tools/page.h"
 #include "tools/run_page.h"
+#include "tools/second_mesh.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -51,7 +53,8 @@ mesh::Machine measured_machine(const solver::Case& machine_case) {
                                      diagnosis::make_parameter(diagnosis::kind_named(wrong.kind), wrong.where),
                                      wrong.factor);
   } catch (const core::InputError& error) {
-    throw core::InputError((machine_case.folder / "case.toml").string() + " measured_machine.where: " + error.what());
+    throw core::InputError(core::toml_place(machine_case.folder / "case.toml", "measured_machine", "where") + ": " +
+                           error.what());
   }
 }
 
@@ -255,8 +258,10 @@ compensation::Validation compensate_unseen(const solver::Case& machine_case, con
       "{:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
       unseen, validation.measured_nodes, validation.rows.size(), std::sqrt(before), std::sqrt(after), sensed, bare,
       step.seconds());
+  const std::string mesh = about_measured_mesh(model, validation.measured_nodes);
+  found.text += "            measured on " + mesh + "\n";
   found.json["compensation"] = {
-      {"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
+      {"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}, {"measured_mesh", mesh}};
   return validation;
 }
 

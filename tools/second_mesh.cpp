@@ -57,4 +57,13 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
   return std::nullopt;
 }
 
+std::string about_measured_mesh(const reduction::ReducedModel& model, Eigen::Index measured_nodes) {
+  const std::string nodes = fmt::format("{} nodes", measured_nodes);
+  const std::size_t at = model.size.find(nodes);
+  if (at == std::string::npos || (at > 0 && model.size[at - 1] >= '0' && model.size[at - 1] <= '9'))
+    return "another mesh than the model's, which has " + model.size;
+  return "the model's own mesh, since element_size_mm does not change it: the mesh error takes no part in these "
+         "figures";
+}
+
 }  // namespace thermotwin::tools

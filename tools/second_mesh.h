@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/case.h"
@@ -19,5 +20,8 @@ namespace thermotwin::tools {
 std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full, const solver::Case& machine_case,
                                                   const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out);
+
+/// @return what a virtual measurement was measured on: another mesh than that of the judged model, or the same one
+std::string about_measured_mesh(const reduction::ReducedModel& model, Eigen::Index measured_nodes);
 
 }  // namespace thermotwin::tools

@@ -18,6 +18,7 @@
 #include "tools/chain.h"
 #include "tools/options.h"
 #include "tools/page.h"
+#include "tools/second_mesh.h"
 #include "tools/validation_page.h"
 
 namespace thermotwin::tools {
@@ -131,6 +132,8 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
                         scheme_of(settings.machine.time, settings.machine.refine));
     found["time_scheme"] = solver::word(settings.machine.time.scheme);
     found["tolerance_K"] = settings.machine.time.tolerance_K * settings.machine.refine;
+    truth += ", on " + about_measured_mesh(model, on_full->measured_nodes);
+    found["measured_mesh"] = about_measured_mesh(model, on_full->measured_nodes);
     text += (on_reduced ? "full models\n" : "") + on_full->brief() + "\n";
   }
   if (on_reduced) {

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <random>
 
 #include "compensation/evaluation/reduced_models.h"
 #include "compensation/evaluation/result.h"
 #include "compensation/evaluation/scoring.h"
+#include "compensation/evaluation/standings.h"
 #include "compensation/models/catalogue.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
@@ -196,6 +198,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
     if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;
   }
   result.leaderboard = standings(result.rows, result.models);
+  for (std::string& sentence : worsened_by_sensors(result.leaderboard)) result.notes.push_back(std::move(sentence));
   return result;
 }
 
@@ -220,15 +223,7 @@ Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> mod
   result.training_hours = training_hours(scorer);
   result.inputs = scorer.data().input_values.cols();
   result.models = std::move(models);
-  // Both are compared where neither was fitted.
-  std::vector<EvaluationRow> comparable;
-  for (const EvaluationRow& row : result.rows) {
-    const bool seen = std::any_of(scorer.segments().begin(), scorer.segments().end(), [&](const EvaluationSegment& p) {
-      return p.training && p.name == row.segment && p.from == row.from_s;
-    });
-    if (!seen) comparable.push_back(row);
-  }
-  result.leaderboard = standings(comparable, result.models);
+  result.leaderboard = standings(result.rows, result.models);
   return result;
 }
 
@@ -264,13 +259,10 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
         cross.notes.push_back("fitted on " + cross.programs[from] + ", refused: " + reason);
       if (!fitted || !model.refused().empty()) continue;
       for (Index to = 0; to < n; ++to) {
-        double shares = 0.0, count = 0.0;
-        for (const EvaluationRow& row : scorer.rows) {
-          if (row.segment != cross.programs[to] || !(row.measures.rms_before > 0.0)) continue;
-          shares += std::pow(row.measures.rms / row.measures.rms_before, 2);
-          count += 1.0;
-        }
-        if (count > 0.0) entry.reduction_percent(from, to) = 100.0 * (1.0 - std::sqrt(shares / count));
+        std::map<std::string, JudgedChannel> channels;
+        for (const EvaluationRow& row : scorer.rows)
+          if (row.segment == cross.programs[to]) channels[row.channel].add(row, &row);
+        entry.reduction_percent(from, to) = removed_percent(channels);
       }
     }
     if (entry.reduction_percent.array().isFinite().any()) cross.entries.push_back(std::move(entry));

@@ -11,6 +11,7 @@
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/scoring.h"
 #include "compensation/measurement/measurement_check.h"
+#include "compensation/measurement/unit_hint.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -69,6 +70,10 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
       predicted[i] = quantities[k](at);
     }
     first += count;
+    if (!with_sensors) {
+      if (const auto hint = unit_hint(displacements[k], scorer.data().target_values.col(k), predicted))
+        scorer.note(name + ": " + in_words(*hint, displacements[k]));
+    }
     scorer.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
   if (!with_sensors) {

@@ -43,11 +43,13 @@ std::string Evaluation::brief() const {
   const bool fits =
       std::any_of(leaderboard.begin(), leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
   std::vector<std::vector<std::string>> board = {
-      {"model", "channels", fits ? "RMS removed (fit: on training rows) %" : "RMS removed on held-out data %",
+      {"model", "channels", "predicted %",
+       fits ? "RMS removed (fit: on training rows) %" : "RMS removed on held-out data %", "mean of channels %",
        "below static_regression %"}};
   for (const Standing& standing : leaderboard) {
     board.push_back({standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"),
-                     std::to_string(standing.channels), number(standing.reduction_percent, "{:.1f}"),
+                     std::to_string(standing.channels), number(standing.predicted_percent, "{:.0f}"),
+                     number(standing.reduction_percent, "{:.1f}"), number(standing.channel_mean_percent, "{:.1f}"),
                      number(standing.against_static_percent, "{:.1f}")});
   }
   text += core::format_table(board);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "compensation/evaluation/result.h"
 #include "compensation/models/fitted_model.h"
@@ -150,10 +149,12 @@ void Scorer::add(const std::string& model, std::size_t target, const VectorXd& g
     }
   }
   for (const EvaluationSegment& segment : segments_) {
-    const Measures measures = measure(within(data_.time, measured, segment), predicted);
+    const VectorXd inside = within(data_.time, measured, segment);
+    const Measures measures = measure(inside, predicted);
     if (measures.count == 0) continue;
+    const Measures all = measure(inside, VectorXd::Zero(inside.size()));
     rows.push_back({model, channel.id, segment.name, segment.from, segment.to, measures, channel.unit,
-                    fitted && segment.training});
+                    fitted && segment.training, all.count, all.rms_before});
   }
   names_.push_back(channel.id + "_" + model);
   columns_.push_back(std::move(predicted));
@@ -224,68 +225,6 @@ bool fit_and_score(FittedModel& model, const std::vector<std::string>& check, co
   scorer.add(model.name(), further.empty() ? predicted : model.predict(scorer.data()), true);
   for (Scorer& other : further) other.add(model.name(), model.predict(other.data()), true);
   return true;
-}
-
-namespace {
-
-/// Cautions of a model, the first ones in words.
-std::string caution_of(const FittedModel& model) {
-  constexpr std::size_t most = 2;
-  const std::vector<std::string> all = model.cautions();
-  const std::string words = core::join({all.begin(), all.begin() + (std::min(all.size(), most))}, "; ");
-  return all.size() > most ? words + fmt::format("; and {} channels more", all.size() - most) : words;
-}
-
-}  // namespace
-
-std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models) {
-  struct Sums {
-    double before = 0, after = 0;
-  };
-  std::map<std::string, bool> any_held_out;
-  for (const EvaluationRow& row : rows) any_held_out[row.model] = any_held_out[row.model] || !row.training;
-  std::map<std::string, std::map<std::string, Sums>> held_out;  // by model and channel
-  std::vector<std::string> order;
-  for (const EvaluationRow& row : rows) {
-    if (row.training && any_held_out[row.model]) continue;
-    if (!held_out.contains(row.model)) order.push_back(row.model);
-    Sums& sums = held_out[row.model][row.channel];
-    const double count = row.measures.count;
-    sums.before += count * row.measures.rms_before * row.measures.rms_before;
-    sums.after += count * row.measures.rms * row.measures.rms;
-  }
-  const auto reference = held_out.find("static_regression");
-  std::vector<Standing> result;
-  for (const std::string& model : order) {
-    Standing standing{model, std::ssize(held_out[model]), 0.0, missing, !any_held_out[model]};
-    for (const FittedModel& fitted : models) {
-      if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected")
-        standing.caution = caution_of(fitted);
-    }
-    double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
-    for (const auto& [channel, sums] : held_out[model]) {
-      // A channel that stays has nothing to be removed.
-      if (sums.before > 0.0) {
-        shares += sums.after / sums.before;
-        moved += 1.0;
-      }
-      if (reference == held_out.end()) continue;
-      const auto same = reference->second.find(channel);
-      if (same == reference->second.end() || !(same->second.after > 0.0)) continue;
-      gains += 1.0 - std::sqrt(sums.after / same->second.after);
-      compared += 1.0;
-    }
-    standing.reduction_percent = moved > 0.0 ? 100.0 * (1.0 - std::sqrt(shares / moved)) : missing;
-    if (compared > 0.0) standing.against_static_percent = 100.0 * gains / compared;
-    result.push_back(standing);
-  }
-  std::stable_sort(result.begin(), result.end(), [](const Standing& a, const Standing& b) {
-    if (a.caution.empty() != b.caution.empty()) return a.caution.empty();
-    if (a.channels != b.channels) return a.channels > b.channels;
-    return a.reduction_percent > b.reduction_percent ||
-           (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
-  });
-  return result;
 }
 
 }  // namespace thermotwin::compensation

@@ -60,7 +60,4 @@ TrainingRows training_rows(const Scorer& scorer, const std::vector<Scorer>& furt
 bool fit_and_score(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Scorer& scorer,
                    std::vector<Scorer>& further);
 
-/// @return the leaderboard, models with a caution last
-std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);
-
 }  // namespace thermotwin::compensation

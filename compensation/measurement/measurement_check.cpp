@@ -13,6 +13,7 @@
 #include "compensation/measurement/measurement.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/toml_place.h"
 #include "mesh/machine/kinematics.h"
 
 namespace thermotwin::compensation {
@@ -21,7 +22,7 @@ namespace {
 using core::InputError;
 
 std::string place_of(const Measurement& measurement, const MeasuredChannel& channel) {
-  return (measurement.folder / "channels.toml").string() + " channel '" + channel.id + "'";
+  return core::toml_place_of_id(measurement.folder / "channels.toml", "channel", channel.id);
 }
 
 void check_sensor(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {

@@ -465,8 +465,9 @@ public:
 
   const Offsets& last() const { return *last_; }
 
-  void probe(const RowReader& reader) {
+  void probe(const RowReader& reader, StreamSummary& summary) {
     if (!reader.readable()) return;
+    if (!options_.probed_compensated) compare(reader.probed(), summary);
     if (reader.probed().array().isFinite().any()) {
       const mesh::Pose pose = model_.pose();
       if (options_.probed_compensated)
@@ -478,6 +479,18 @@ public:
   }
 
 private:
+  /// Adds squares; the end of the stream makes RMS of them.
+  void compare(const Eigen::Vector3d& probed, StreamSummary& summary) const {
+    const std::vector<std::string>& axes = model_.axes();
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const int component = axes[a].size() == 1 ? axes[a][0] - 'X' : -1;
+      if (component < 0 || component > 2 || !std::isfinite(probed[component])) continue;
+      ++summary.probed;
+      summary.probed_rms_um += probed[component] * probed[component];
+      summary.left_rms_um += std::pow(probed[component] + last_->offset_um[a], 2);
+    }
+  }
+
   OnlineModel& model_;
   const StreamOptions& options_;
   Offsets nothing_;  ///< before there is a row that can be read
@@ -509,6 +522,7 @@ StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine
   options.validate();
   RowReader reader(in, in_name, options, model.channels(), machine);
   StreamSummary summary;
+  summary.first_s = summary.last_s = missing;
   summary.names_machine = reader.names_machine();
   if (!summary.names_machine) ask_for_machine(in_name, machine, options);
   OffsetWriter writer(out, in_name, options);
@@ -521,12 +535,18 @@ StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine
     count_status(writer.row(answers.step(reader), reader), summary);
     ++summary.rows;
     summary.unreadable += !reader.unreadable().empty();
-    answers.probe(reader);
+    if (reader.readable()) {
+      if (!std::isfinite(summary.first_s)) summary.first_s = reader.time();
+      summary.last_s = reader.time();
+    }
+    answers.probe(reader, summary);
     if (reader.readable() && after_row) after_row(answers.last());
     writer.end_row();
     if (summary.rows % between_checks == 0) core::check_interrupt();
   }
   writer.finish();
+  for (double* sum : {&summary.probed_rms_um, &summary.left_rms_um})
+    *sum = summary.probed > 0 ? std::sqrt(*sum / static_cast<double>(summary.probed)) : 0.0;
   return summary;
 }
 

@@ -21,7 +21,12 @@ struct StreamSummary {
   /// Number of rows of each status but ok, as written: "sensor_failed T1=kelvin". Beyond most_statuses: "others".
   std::map<std::string, long, std::less<>> not_ok;
   static constexpr std::size_t most_statuses = 20;
-  bool names_machine = false;  ///< the stream named its machine
+  bool names_machine = false;      ///< the stream named its machine
+  double first_s = 0, last_s = 0;  ///< times of the first and last row that could be read
+  /// Probed components of the TCP error along axes with offsets, before each of them is learned from: their number, and
+  /// the RMS of the error as probed and with the offset of the row. Without probed_compensated only.
+  long probed = 0;
+  double probed_rms_um = 0, left_rms_um = 0;
 };
 
 /// Streams CSV rows from in to out, row by row, with constant memory. Columns are time_s, any channel, any

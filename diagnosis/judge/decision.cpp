@@ -317,6 +317,19 @@ void leave_open(const std::string& reason, Diagnosis& out) {
   out.causes.resize(1);
 }
 
+std::string uncertain_size(const Diagnosis& d) {
+  for (const RankedCause& cause : d.causes) {
+    const double off = cause.value - cause.parameter.nominal;
+    if (std::abs(off) > certain * cause.std) continue;
+    const std::string unit = cause.parameter.unit == "1" ? "" : " " + cause.parameter.unit;
+    return fmt::format(
+        "the {} of {} deviates by {:.3g}{} from nominal, less than two of its standard deviations of "
+        "{:.2g}{}",
+        cause.parameter.name, name_of(cause.parameter), off, unit, cause.std, unit);
+  }
+  return "";
+}
+
 bool only_unknown_shares(const Diagnosis& d) {
   const auto nameless = [](const RankedCause& cause) {
     return cause.parameter.kind == Kind::unknown || cause.parameter.kind == Kind::other_law;

@@ -27,6 +27,10 @@ void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out);
 /// set.
 void leave_open(const std::string& reason, Diagnosis& out);
 
+/// @return why a named cause does not explain: its estimate is nearer to nominal than two of its own standard
+///   deviations; empty: none is
+std::string uncertain_size(const Diagnosis& diagnosis);
+
 /// @return whether an estimate deviates from nominal by more than three stated standard deviations and by more than two
 ///   of its own, or belongs to a missing source with strong evidence
 bool outside_nominal(const RankedCause& cause);

@@ -28,6 +28,9 @@ ResidualAnalysis analyse(const std::string& id, const Eigen::VectorXd& time, con
 /// Analyses all channels: measured minus predicted without a cause, on the whole record.
 std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels);
 
+/// @return a sentence for each channel that the nominal prediction fits clearly better with another sign or unit
+std::vector<std::string> unit_hints(const Problem& problem);
+
 /// @return a sentence for each channel whose residual exceeds the expected one
 std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis);
 

@@ -13,12 +13,12 @@
 #include "core/text.h"
 #include "mesh/machine/check.h"
 #include "mesh/machine/joint_file.h"
-#include "mesh/machine/kinematic_chain.h"
 #include "mesh/machine/machine_keys.h"
 #include "mesh/machine/material_file.h"
 #include "mesh/machine/physics_file.h"
 #include "mesh/machine/reader.h"
 #include "mesh/machine/screw_file.h"
+#include "mesh/machine/structure_check.h"
 
 namespace thermotwin::mesh {
 
@@ -192,8 +192,9 @@ void read_workspace(const Node& root, Draft& draft) {
       }
       const double slack = 1e-9;
       if (!axis.endless && (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack)) {
-        throw InputError(node->place(key), fmt::format("{}", positions[i]),
-                         fmt::format("the travel of axis {}: {} .. {}", axis.id, axis.low / unit, axis.high / unit));
+        throw InputError(
+            node->place(key), fmt::format("{}", positions[i]),
+            fmt::format("the travel of axis {}: {:.6g} .. {:.6g}", axis.id, axis.low / unit, axis.high / unit));
       }
     }
     for (double& position : positions) position *= unit;
@@ -248,13 +249,9 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   reader::read_workspace(root, draft);
   root.finish();
   reader::check_references(draft);
-  if (!machine.kinematic_chain.empty()) {
-    const std::string place = root.place("kinematic_chain");
-    const KinematicChain chain = KinematicChain::parse(machine.kinematic_chain, place);
-    for (const Axis& axis : machine.axes)
-      if (chain.find(axis.id) == nullptr) core::warn(place + ": the chain has no axis '" + axis.id + "'");
-  }
   reader::check_machine(draft);
+  if (!machine.kinematic_chain.empty()) reader::check_chain(draft, root.place("kinematic_chain"));
+  reader::check_structure(draft);
   return std::move(draft.machine);
 }
 

@@ -57,6 +57,12 @@ BudgetInput read_input(const Node& node, VectorXd& readings) {
   const Word& row = *std::find_if(words.begin(), words.end(), [&](const Word& w) { return w.word == word; });
   input.distribution = row.distribution;
   const bool normal = row.distribution == Distribution::normal;
+  if (normal && node.has("half_width")) {
+    throw InputError(
+        node.place("half_width"),
+        node.has("distribution") ? "half_width of a normal distribution" : "half_width without distribution",
+        "distribution = \"rectangular\", \"triangular\" or \"arcsine\"; a normal one has std");
+  }
   if (node.has("readings")) {
     for (const char* other : {"value", "std", "half_width", "degrees_of_freedom"})
       if (node.has(other)) throw InputError(node.place(other), "beside readings", "readings alone");

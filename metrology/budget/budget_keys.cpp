@@ -47,7 +47,10 @@ const KeyTable quantity_table{
     "A measurand.",
     {
         key::text("name", required, "Its name, as that of an input; later formulas may use it."),
-        key::text("formula", required, "Its formula of inputs and of the quantities before it."),
+        key::text(
+            "formula", required,
+            "Its formula of inputs and of the quantities before it: + - * / ^, comparisons, functions such as sqrt, "
+            "sin (rad), ln, atan2, min, max, and pi; docs/explanation/metrology.md has all."),
         key::text("unit", "", "Its unit, for the tables."),
     }};
 

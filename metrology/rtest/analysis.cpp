@@ -12,6 +12,7 @@
 #include "core/dense_algebra.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/toml_place.h"
 #include "core/units.h"
 
 namespace thermotwin::metrology {
@@ -245,7 +246,7 @@ RTestAnalysis analyse(const RTestRecord& record) {
   for (const std::string& error : record.errors) {
     const auto& known = map.known_errors();
     if (std::find(known.begin(), known.end(), error) != known.end()) continue;
-    throw InputError(record.source + " errors", "'" + error + "'",
+    throw InputError(core::toml_place(record.source, "", "errors"), "'" + error + "'",
                      "of this chain: " + core::join(known) + " (nearest: " + core::nearest(error, known) + ")");
   }
   RTestAnalysis result;
@@ -270,7 +271,8 @@ RTestAnalysis analyse(const RTestRecord& record) {
   const bool none = std::all_of(result.cycles.begin(), result.cycles.end(),
                                 [](const CycleResult& cycle) { return cycle.value.array().isNaN().all(); });
   if (none) {
-    throw InputError(record.source + " errors", "no observable error: " + core::join(result.not_observable, "; "),
+    throw InputError(core::toml_place(record.source, "", "errors"),
+                     "no observable error: " + core::join(result.not_observable, "; "),
                      "points that distinguish at least one error");
   }
   if (record.against_first) subtract_first(result.cycles);

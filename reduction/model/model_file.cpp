@@ -295,6 +295,11 @@ void write_model(const fs::path& path, const ReducedModel& model) {
 
 ReducedModel read_model(const fs::path& path) {
   std::error_code error;
+  if (fs::is_directory(path, error)) {
+    const bool beside = fs::is_regular_file(path / "model.rom.h5", error);
+    throw InputError(path.string(), "a folder, where a reduced model is read",
+                     beside ? (path / "model.rom.h5").string() : "a model.rom.h5 that `thermotwin reduce` wrote");
+  }
   if (!fs::is_regular_file(path, error)) {
     throw InputError(path.string(), "no such file", "a model.rom.h5 that `thermotwin reduce` wrote");
   }

@@ -38,12 +38,28 @@ LoadProgram Case::load(const std::string& name) const {
   return program;
 }
 
+namespace {
+
+/// A machine.toml in place of its case.
+void refuse_machine(const core::Node& root, const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const std::vector<std::string> keys = root.keys();
+  const auto has = [&](const char* key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
+  if (!has("body") && !has("material")) return;
+  throw core::InputError(file.string(), "a machine.toml, not a case",
+                         std::filesystem::exists(folder / "case.toml")
+                             ? "the case's folder, " + folder.string()
+                             : "a case: its folder with case.toml, which names machine.toml, and loads/*.toml");
+}
+
+}  // namespace
+
 Case read_case(const std::filesystem::path& path) {
   Case result;
   const std::filesystem::path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
   result.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
   const core::Config config = core::Config::load(file, &case_keys());
   const core::Node root = config.root();
+  refuse_machine(root, file, result.folder);
   root.schema(1);
   result.machine = mesh::read_machine(result.folder / root.text("machine"));
   result.size = root.text("size");

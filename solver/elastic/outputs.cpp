@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/toml_place.h"
 #include "mesh/machine/kinematics.h"
 
 namespace thermotwin::solver {
@@ -16,7 +17,8 @@ const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::strin
 int require_elastic(const mesh::Machine& machine, const std::string& body, const std::string& key) {
   const int index = machine.body_index(body);
   if (!machine.bodies[index].elastic) {
-    throw core::InputError(machine.path.filename().string() + " tcp." + key, "body '" + body + "' with elastic = false",
+    throw core::InputError(core::toml_place(machine.text, machine.path.string(), "tcp", key),
+                           "body '" + body + "' with elastic = false",
                            "an elastic body; or no [tcp], for mesh, simulate and export only");
   }
   return index;
@@ -90,7 +92,7 @@ TcpOutputs::TcpOutputs(const mesh::MachineMesh& mesh, UnitFunctionals& units) {
       frames_.table, radial_growth(mesh.bodies[frames_.table], faces_of(mesh, tcp.table_surface), origin, direction));
   if (frames_.axis >= 0) {
     const std::string& carrier = machine.bodies[frames_.carrier].id;
-    require_elastic(machine, carrier, "table_body: its carrier");
+    require_elastic(machine, carrier, "table_body");
     std::string seat;
     const std::vector<int> faces = seat_faces(mesh, frames_, seat);
     seat_units_ = add(frames_.carrier, faces, tcp.table_point, seat);

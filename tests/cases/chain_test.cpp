@@ -59,6 +59,8 @@ TEST(WholeChain, SummaryTellsWhatWasFound) {
   EXPECT_GT(heldout["peak_um"], 30.0);
   EXPECT_LT(heldout["max_um"].get<double>(), 0.02 * heldout["peak_um"].get<double>());
   EXPECT_GT(summary["compensation"]["reduction_percent"], 70.0);
+  // The toy's files are as coarse as their shape allows: no size changes them.
+  EXPECT_SAYS(summary["compensation"]["measured_mesh"].get<std::string>(), "the model's own mesh");
   EXPECT_EQ(summary["diagnosis"], parsed(toy_run() / "diagnosis/diagnosis.json"));
 }
 

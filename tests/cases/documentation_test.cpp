@@ -9,6 +9,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -246,6 +247,38 @@ INSTANTIATE_TEST_SUITE_P(Pages, Documentation, testing::ValuesIn(documentation_p
                              if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
                            return name;
                          });
+
+/// Files that blocks of a page write: cat > FILE <<'END' and cat >> FILE <<'END'.
+std::map<std::string, std::string> files_of_page(const std::string& page) {
+  std::map<std::string, std::string> files;
+  for (const CodeBlock& block : code_blocks_of(read(source_tree() / page))) {
+    std::string* open = nullptr;
+    for (const std::string& line : block.lines) {
+      const Words words = words_of(line);
+      if (open != nullptr && line == "END") {
+        open = nullptr;
+      } else if (open != nullptr) {
+        *open += line + "\n";
+      } else if (line.ends_with("<<'END'") && words.size() > 2 && words[0] == "cat") {
+        const std::string& name = words[2] == ">" ? words[3] : words[2];
+        open = &files[name];
+        if (words[2] != ">") open->clear();
+      }
+    }
+  }
+  return files;
+}
+
+TEST(Tutorial, TheMillOfTheCasesIsWhatItsPagesWrite) {
+  std::map<std::string, std::string> written = files_of_page("docs/tutorials/own_machine.md");
+  written.merge(files_of_page("docs/tutorials/own_machine_offsets.md"));
+  EXPECT_EQ(written.size(), 8U);
+  for (const auto& [name, text] : written) {
+    ASSERT_TRUE(name.starts_with("mill/")) << name;
+    const std::string licence = name.ends_with(".obj") ? "" : "# SPDX-License-Identifier: GPL-3.0-or-later\n";
+    EXPECT_EQ(read(source_tree() / "cases" / name), licence + text) << name;
+  }
+}
 
 TEST(DocumentationReader, JoinsLinesAndFindsCalls) {
   const CodeBlock block{"sh", 1, {"# note", "thermotwin mesh cases/vmc5 \\", "  --size 2 | tee log", "", "ls"}};

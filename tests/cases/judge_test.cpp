@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -90,6 +91,61 @@ TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
   for (const json& row : summary["rows"]) models.insert(row["model"]);
   EXPECT_EQ(models,
             (std::set<std::string>{"grey_box_all", "static_regression", "reduced_model", "reduced_model_sensors"}));
+  // Fitted or not, a model stands on the leaderboard by the rows that no fit saw.
+  for (const json& standing : summary["leaderboard"]) {
+    double before = 0, after = 0;
+    std::map<std::string, std::array<double, 3>> sums;  // squares before and after, rows
+    for (const json& row : summary["rows"]) {
+      if (row["model"] != standing["model"] || row["part"] == "training") continue;
+      const double lever = row["unit"] == "um/m" ? 0.3 : 1.0, count = row["count"];
+      auto& sum = sums[row["channel"]];
+      sum[0] += count * std::pow(lever * row["rms_before"].get<double>(), 2);
+      sum[1] += count * std::pow(lever * row["rms"].get<double>(), 2);
+      sum[2] += count;
+    }
+    for (const auto& [channel, sum] : sums) {
+      before += sum[0] / sum[2];
+      after += sum[1] / sum[2];
+    }
+    EXPECT_NEAR(standing["rms_reduction_percent"].get<double>(), 100 * (1 - std::sqrt(after / before)), 1e-6)
+        << standing;
+    EXPECT_EQ(standing["predicted_percent"], 100.0) << standing;
+  }
+}
+
+TEST(Evaluate, SignsUnitsAndSensorsThatMisleadAreNamed) {
+  const Toy toy;
+  toy.take_measurement();
+  core::Table data = core::read_csv(toy.file("measurement/data.csv"));
+  const std::string model = (toy_run() / "model.rom.h5").string();
+  const json channels = json::parse(read(toy_run() / "diagnosis/diagnosis.json"))["residual"]["per_channel"];
+  std::vector<std::string> gauges;
+  for (const json& channel : channels)
+    if (channel["unit"] == "um") gauges.push_back(channel["id"]);
+  // Those that move most: a direction without motion has no sign.
+  std::sort(gauges.begin(), gauges.end(), [&](const std::string& a, const std::string& b) {
+    return data.column(a).array().abs().maxCoeff() > data.column(b).array().abs().maxCoeff();
+  });
+  ASSERT_GE(gauges.size(), 3U);
+  data.values.col(*data.find(gauges[0])) *= -1.0;
+  data.values.col(*data.find(gauges[1])) *= 1e-3;
+  data.values.col(*data.find("T1")).array() += 4.0;
+  core::write_csv(toy.file("measurement/data.csv"), data, 12);
+  const Result diagnosed =
+      toy.run({"diagnose", toy.path(), "--data", toy.file("measurement"), "--model", model, "--json"});
+  ASSERT_EQ(diagnosed.status, 0) << diagnosed.err;
+  const json d = json::parse(diagnosed.out);
+  const std::string warnings = d["warnings"].dump();
+  EXPECT_SAYS(warnings, "Channel " + gauges[0] + ": its sign may be reversed");
+  EXPECT_SAYS(warnings, "Channel " + gauges[1] + ": its numbers may be mm");
+  EXPECT_EQ(warnings.find("Channel " + gauges[2]), std::string::npos) << warnings;
+  EXPECT_SAYS(d["sentence"].get<std::string>(), "check signs and units");
+  const Result evaluated = toy.run({"evaluate", toy.path(), "--data", toy.file("measurement"), "--model", model,
+                                    "--models", "static_regression", "--json"});
+  ASSERT_EQ(evaluated.status, 0) << evaluated.err;
+  const std::string notes = json::parse(evaluated.out)["notes"].dump();
+  EXPECT_SAYS(notes, "Channel " + gauges[0] + ": its sign may be reversed");
+  EXPECT_SAYS(notes, "the temperature sensors worsen reduced_model");
 }
 
 TEST(Evaluate, RefusesATrainingFolderOfAnotherMachineByName) {

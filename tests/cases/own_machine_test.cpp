@@ -6,9 +6,12 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "core/table.h"
 #include "tests/cases/own_case.h"
+#include "tests/cases/texts.h"
 
 namespace thermotwin::cases {
 namespace {
@@ -75,6 +78,50 @@ TEST(OwnMachine, SmallMassesPrintInGramsAndALightDensityIsWarnedOf) {
   EXPECT_EQ(light.status, 0);
   EXPECT_SAYS(light.err, "material[1] density_kg_m3: 7.85");
   EXPECT_SAYS(light.err, "7850 kg/m3");
+}
+
+/// Edits the one place of a file that reads so.
+void edit(const std::filesystem::path& file, const std::string& old, const std::string& with) {
+  std::string text = read(file);
+  const std::size_t at = text.find(old);
+  ASSERT_NE(at, std::string::npos) << old;
+  text.replace(at, old.size(), with);
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+TEST(OwnMachine, PointsInMetresExchangedSidesAndKilowattsAreWarnedOf) {
+  const core::TemporaryFolder folder;
+  const std::filesystem::path mill = folder / "mill";
+  std::filesystem::copy(source_tree() / "cases/mill", mill, std::filesystem::copy_options::recursive);
+  const std::vector<std::string> mesh{"mesh", mill.string(), "--out", (folder / "out").string()};
+  const Result clean = thermotwin(mesh);
+  ASSERT_EQ(clean.status, 0) << clean.err;
+  EXPECT_EQ(clean.err.find("warning"), std::string::npos) << clean.err;
+  edit(mill / "machine.toml", "tool_point_mm = [0, 0, 50]", "tool_point_mm = [0.06, 0.2, 0.3]");
+  edit(mill / "machine.toml", "table_point_mm = [0, 0, 0]", "table_point_mm = [0, 0, 2000]");
+  edit(mill / "machine.toml", "slave = \"head.carriages\"\nmaster = \"frame.column\"",
+       "slave = \"frame.column\"\nmaster = \"head.carriages\"");
+  edit(mill / "machine.toml", "power_W = [0, 150]", "power_W = [0, 90000]");
+  const Result wrong = thermotwin(mesh);
+  EXPECT_EQ(wrong.status, 0) << wrong.err;
+  for (const char* words : {"tcp.tool_point_mm: [0.06, 0.2, 0.3] is ",
+                            "from the box of body 'head', and in it or close to it when the "
+                            "numbers are metres",
+                            "tcp.table_point_mm: [0, 0, 2000] is 2000 mm from the box of body 'table'; allowed",
+                            "axis Z moves 'head', the body of master, and not 'frame'", "Exchange slave and master",
+                            "law[1].power_W: 90000 W of heat", "up to 30000 W", "machine.toml:"})
+    EXPECT_SAYS(wrong.err, words);
+}
+
+TEST(OwnMachine, ATablePointOffItsAxisAndAChainWithMoreAxesAreWarnedOf) {
+  const Toy toy;
+  toy.edit("machine.toml", "table_point_mm = [0, 0, 0]", "table_point_mm = [50, 0, 0]");
+  toy.edit("machine.toml", "b Y X Z (C1) t]", "b Y X Z W (C1) t]");
+  const Result result = toy.run({"mesh", toy.path()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  for (const char* words : {"tcp.table_point_mm: [50, 0, 0] is 50 mm from axis C of the table", "at most 30 mm",
+                            "axis 'W' of the chain is no [[axis]] of the machine"})
+    EXPECT_SAYS(result.err, words);
 }
 
 TEST(OwnMachine, HeatAloneIsADeckThatCalculiXRuns) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `evaluate` and `diagnose` on records without a machine: what they must not claim.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include <set>
 #include <tuple>
 
+#include "core/table.h"
 #include "core/text.h"
 #include "tests/cases/toy.h"
 
@@ -77,6 +79,70 @@ TEST(EvaluateRecord, RefusesAModelThatDiverges) {
   const std::string models = read(toy.result("evaluation/models.toml"));
   EXPECT_EQ(models.find("static_regression"), std::string::npos);
   EXPECT_NE(models.find("selected_regression"), std::string::npos);
+}
+
+// A channel of 50 um and one of noise: half of what both remove together would be nothing.
+TEST(EvaluateRecord, RanksByTheErrorThatRemainsOnTheSameRows) {
+  const Toy toy;
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  std::string data = "time_s,z,x,T1,T2\n";
+  double slow = 0;
+  constexpr int rows = 576;
+  for (int i = 0; i < rows; ++i) {
+    const double hour = i * interval_s / 3600.0, warm = 5 * std::sin(hour / 4) + 2 * std::sin(hour);
+    slow += (warm - slow) * interval_s / 7200.0;
+    // T2 is lost for a quarter of the held-out rows.
+    const std::string second = i >= rows / 2 + 72 && i < rows / 2 + 144 ? "" : std::to_string(20 + 0.5 * warm);
+    data += fmt::format("{},{},{},{},{}\n", i * interval_s, 10 * slow, 0.1 * normal(random) + 0.02 * warm, 20 + warm,
+                        second);
+  }
+  toy.write("both/data.csv", data);
+  std::string channels;
+  for (const char* id : {"z", "x"})
+    channels +=
+        fmt::format("[[channel]]\nid = \"{}\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n", id);
+  for (const char* id : {"T1", "T2"})
+    channels += fmt::format(
+        "[[channel]]\nid = \"{0}\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.02\nsensor = \"{0}\"\n",
+        id);
+  toy.write("both/channels.toml", channels);
+  const Result result = toy.run(
+      {"evaluate", "--data", toy.file("both"), "--models", "static_regression,grey_box,selected_regression", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  ASSERT_EQ(summary["leaderboard"].size(), 3U) << summary["leaderboard"];
+  double last = 100.0;
+  for (const json& standing : summary["leaderboard"]) {
+    const std::string model = standing["model"];
+    SCOPED_TRACE(model);
+    // The formula of docs/explanation/models.md, from the rows of the same object. What a model skips is left as it is.
+    double before = 0, after = 0;
+    for (const char* channel : {"z", "x"}) {
+      double square = 0, left = 0, count = 0;
+      const core::Table predictions = core::read_csv(summary["predictions"].get<std::string>());
+      const auto measured = predictions.column(std::string(channel) + "_measured"),
+                 predicted = predictions.column(std::string(channel) + "_" + model);
+      for (Eigen::Index i = rows / 2; i < rows; ++i) {
+        const double error = std::isfinite(predicted[i]) ? measured[i] - predicted[i] : measured[i];
+        square += measured[i] * measured[i];
+        left += error * error;
+        count += 1;
+      }
+      before += square / count;
+      after += left / count;
+    }
+    const double removed = standing["rms_reduction_percent"];
+    EXPECT_NEAR(removed, 100 * (1 - std::sqrt(after / before)), 1e-3);
+    EXPECT_LE(removed, last);
+    last = removed;
+    if (model == "static_regression") {
+      EXPECT_NEAR(standing["predicted_percent"].get<double>(), 75.0, 0.01);
+    }
+  }
+  // Every channel alike, what is removed of z would be worth half.
+  const json& best = summary["leaderboard"][0];
+  EXPECT_GT(best["rms_reduction_percent"].get<double>(), best["channel_mean_percent"].get<double>() + 10.0) << best;
 }
 
 TEST(EvaluateRecord, CrossFitsNoStartThatHasRunOff) {

@@ -46,7 +46,7 @@ TEST(Stream, PipesAndFilesGiveTheSameBytes) {
   const Toy toy;
   const Result piped = thermotwin({"compensate", model(), "--in", "-", "--out", "-"}, read(inputs()));
   EXPECT_EQ(piped.status, 0);
-  EXPECT_SAYS(piped.err, "91 rows");
+  EXPECT_SAYS(piped.err, "91 rows from 0 to 21600 s (6 h)");
   EXPECT_EQ(thermotwin({"compensate", model(), "--in", inputs()}).out, piped.out);
   const Result filed =
       thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--json"});
@@ -86,6 +86,44 @@ TEST(Stream, OffsetsAreTheErrorOfTheFullModelTurnedRound) {
   EXPECT_EQ(compared, 23);
   EXPECT_GT(largest, 20);
   EXPECT_LT(worst, 0.5);
+}
+
+// Probes of the full model's error beside sensors of which one reads a place that it is not at.
+TEST(Stream, SensorsThatWorsenTheOffsetsAreNamedBesideProbes) {
+  const core::Table rows = core::read_csv(inputs()), sensors = core::read_csv(toy_run() / "campaign/mixed/sensors.csv"),
+                    tcp = core::read_csv(toy_run() / "campaign/mixed/tcp.csv");
+  const auto time = tcp.column("time_s"), x = tcp.column("X_mm"), y = tcp.column("Y_mm"), z = tcp.column("Z_mm"),
+             b = tcp.column("B_deg");
+  const auto lines = [&](double wrong_K) {
+    core::Table told = rows;
+    const Eigen::Index first = told.values.cols();
+    told.columns.insert(told.columns.end(), sensors.columns.begin() + 1, sensors.columns.end());
+    for (const char* column : {"probe_dx_um", "probe_dy_um", "probe_dz_um"}) told.columns.emplace_back(column);
+    told.values.conservativeResize(Eigen::NoChange, std::ssize(told.columns));
+    told.values.middleCols(first, sensors.values.cols() - 1) = sensors.values.rightCols(sensors.values.cols() - 1);
+    told.values.rightCols(3).setConstant(std::nan(""));
+    const Eigen::VectorXd spindle = (sensors.column("time_s").array() / 5400.0).min(1.0);
+    for (const char* sensor : {"T1_C", "T2_C"}) told.values.col(*told.find(sensor)) += wrong_K * spindle;
+    for (Eigen::Index i = 8; i < told.rows() && told.values(i, 0) <= 5400; i += 4) {
+      for (Eigen::Index k = 0; k < time.size(); ++k) {
+        if (time[k] != told.values(i, 0) || x[k] != 0 || y[k] != 0 || z[k] != 50 || b[k] != 0) continue;
+        told.values.row(i).tail(3) << tcp.column("dx_um")[k], tcp.column("dy_um")[k], tcp.column("dz_um")[k];
+      }
+    }
+    return told;
+  };
+  const Toy toy;
+  const auto said = [&](double wrong_K) {
+    core::write_csv(toy.file("rows.csv"), lines(wrong_K), 12);
+    const Result done =
+        thermotwin({"compensate", model(), "--in", toy.file("rows.csv"), "--out", toy.file("offsets.csv")});
+    EXPECT_EQ(done.status, 0) << done.err;
+    return done.out;
+  };
+  const std::string right = said(0.0), wrong = said(-6.0);
+  for (const std::string& text : {right, wrong}) EXPECT_SAYS(text, "um without temperature sensors");
+  EXPECT_EQ(right.find("The sensors worsen the offsets"), std::string::npos) << right;
+  EXPECT_SAYS(wrong, "The sensors worsen the offsets");
 }
 
 TEST(Stream, ALineForEachAxisGoesThroughTheLastOffset) {

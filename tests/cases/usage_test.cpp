@@ -77,6 +77,7 @@ TEST(Usage, WrongWordsGetTheNearestRightOne) {
       {{"mesh", toy, "more"}, {"more"}},
       {{"evaluate", toy}, {"--data"}},
       {{"export", toy}, {"--calculix"}},
+      {{"reduce", toy, "--order", "abc"}, {"--order", "'abc'", "a whole number from 0 to 2000, or observer"}},
       {{"export", toy, "--calculix", "--steady-at", "60"}, {"--steady-at", "--load"}},
       {{"compensate", "model.rom.h5", "--json"}, {"--json", "--out FILE"}},
       {{"--treads"}, {"'--treads'"}},

@@ -59,7 +59,8 @@ TEST(Validate, PrintsFullAndReducedTruthsSideBySide) {
     if (*study) arguments.emplace_back(study);
     const Result told = toy.run(arguments);
     ASSERT_EQ(told.status, 0) << told.err;
-    for (const char* words : {"full models, ", "TR-BDF2", "reduced, same machines", "reduced, all machines"})
+    for (const char* words :
+         {"full models, ", "TR-BDF2", "reduced, same machines", "reduced, all machines", "on the model's own mesh"})
       EXPECT_SAYS(told.out, words);
     arguments.emplace_back("--json");
     const Result result = toy.run(arguments);

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <filesystem>
 #include <set>
 #include <sstream>
+#include <string>
 
 #include "tests/cases/help.h"
 #include "tests/cases/texts.h"
@@ -231,6 +233,22 @@ TEST(Words, SentencesOfPagesAreShort) {
   for (Passage& paragraph : paragraphs())
     if (!paragraph.is_table_row) prose.push_back(std::move(paragraph));
   expect_none(prose, long_sentences_in);
+}
+
+// A page that is longer is two pages. Tables of a reference are looked up, and the changelog is history.
+TEST(Words, PagesAreShort) {
+  constexpr int most = 1500;
+  for (const std::filesystem::path& file : files_with(".md")) {
+    if ((file != "README.md" && *file.begin() != "docs") || file == "docs/changelog.md") continue;
+    std::istringstream lines(read(source_tree() / file));
+    int words = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("|")) continue;
+      std::istringstream of_line(line);
+      for (std::string word; of_line >> word;) ++words;
+    }
+    EXPECT_LE(words, most) << file;
+  }
 }
 
 }  // namespace

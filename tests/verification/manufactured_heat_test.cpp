@@ -83,7 +83,8 @@ TEST(ManufacturedHeat, OrdersInSpace) {
   for (int order : {1, 2}) {
     const int cells = order == 1 ? 10 : 6;
     const HeatErrors coarse = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(cells), order), exact);
-    const HeatErrors fine = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(2 * cells), order), exact);
+    const HeatErrors fine =
+        steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(2 * cells), order), exact);
     const std::string name = std::string("heat in space, ") + words(order);
     expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of T"}, order + 1,
                  std::log2(coarse.value / fine.value));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <charconv>
+
 #include "tools/command_line/common.h"
 #include "tools/command_line/verbs.h"
 #include "tools/options.h"
@@ -80,11 +82,16 @@ void add_reduce(CLI::App& app) {
           "--order",
           [&reduce](const std::string& word) {
             reduce.order_by_observer = word == "observer";
-            if (!reduce.order_by_observer) reduce.order = std::stoi(word);
+            if (reduce.order_by_observer) return;
+            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), reduce.order);
+            if (error == std::errc() && end == word.data() + word.size() && reduce.order >= 0 && reduce.order <= 2000)
+              return;
+            throw CLI::ValidationError("--order",
+                                       "'" + word + "'; allowed: a whole number from 0 to 2000, or observer");
           },
           "Order: a number, 0 for the smallest within the tolerance, or observer for the smallest below the observer "
           "noise of a case.")
-      ->check(CLI::Range(0, 2000) | CLI::IsMember({"observer"}));
+      ->type_name("NUMBER|observer");
   add_reduced_case(*verb, reduce, *reduced_case);
   add_matrices(*verb, reduce, *reduced_case);
   add_from_campaign(*verb, reduce, *reduced_case);

@@ -25,7 +25,9 @@ using test::row_at;
 using Instance = void*;
 
 int logged3 = 0;
-void log_message3(void* /*environment*/, int /*status*/, const char* /*category*/, const char* /*message*/) { ++logged3; }
+void log_message3(void* /*environment*/, int /*status*/, const char* /*category*/, const char* /*message*/) {
+  ++logged3;
+}
 
 class Fmu3 : public ::testing::Test {
 protected:

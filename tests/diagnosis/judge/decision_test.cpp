@@ -96,6 +96,21 @@ TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   EXPECT_NE(two.sentence.find("and an unknown cause as well"), std::string::npos) << two.sentence;
 }
 
+// A source that machine.toml does not have is surely there, but its size depends on where.
+TEST(Verdict, ACauseOfLessThanTwoOfItsDeviationsDoesNotExplain) {
+  Diagnosis d = decided(1.5, 0.98, 30.0, {.missing = true});
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << d.sentence;
+  EXPECT_EQ(diagnosis::uncertain_size(d), "");
+  d.causes.front().std = 0.4 * (d.causes.front().value - d.causes.front().parameter.nominal);
+  EXPECT_EQ(diagnosis::uncertain_size(d), "");
+  d.causes.front().std = 0.6 * (d.causes.front().value - d.causes.front().parameter.nominal);
+  const std::string reason = diagnosis::uncertain_size(d);
+  EXPECT_NE(reason.find("less than two of its standard deviations"), std::string::npos) << reason;
+  diagnosis::leave_open(reason, d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
+  EXPECT_NE(diagnosis::sentence_of(d).find(reason), std::string::npos) << diagnosis::sentence_of(d);
+}
+
 TEST(Verdict, ExplanationsAddToOneAndAPairIsOneOfThem) {
   const Diagnosis d =
       decided(1.5, 0.95, 30.0, {.value = 1.5, .probability = 0.21, .pair = 0.2, .unknown = 0.01, .none = 0.03});
