@@ -117,7 +117,7 @@ struct OnlineTwin::Work {
 
   void tell_absent() {
     if (!was_loaded) {
-      for (const Index channel : absent) tt_twin_never_given(twin.get(), static_cast<int>(channel));
+      for (const Index channel : absent) tt_twin_never_given(twin.get(), channel);
       return;
     }
     // The state knows what its rows had; these rows may have other columns.
@@ -183,7 +183,7 @@ struct OnlineTwin::Work {
     sum_q += seconds * Map<const VectorXd>(now->q, sum_q.size());
     sum_state += seconds * Map<const VectorXd>(now->state, sum_state.size());
     for (Index s = 0; s < sensors_C.size(); ++s)
-      readings[s] += std::isfinite(sensors_C[s]) && tt_trusted(&now->observer.trust, static_cast<int>(s)) != 0;
+      readings[s] += std::isfinite(sensors_C[s]) && tt_trusted(&now->observer.trust, s) != 0;
   }
 
   mesh::Pose pose() const {
@@ -285,8 +285,7 @@ struct OnlineTwin::Work {
     const auto sensors = std::ssize(model.machine.sensors);
     VectorXd deviations(sensors);
     for (Index s = 0; s < sensors; ++s) {
-      constants.push_back(
-          filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(columns.model) + static_cast<int>(s)));
+      constants.push_back(filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(columns.model) + s));
       deviations[s] = readings[s] > 0 && twin->observer.trust.drift.drifts[s] == 0
                           ? tt_reading_std(model.machine.sensors[s].uncertainty, 0.0)
                           : solver::not_given;
@@ -362,7 +361,7 @@ VectorXd OnlineTwin::readings_C() const {
 std::vector<std::string> OnlineTwin::sensor_faults() const {
   std::vector<std::string> faults(work_->model.machine.sensors.size());
   for (std::size_t s = 0; s < faults.size(); ++s) {
-    const int sensor = static_cast<int>(s);
+    const int sensor = s;
     if (tt_twin_sensor_fault(work_->twin.get(), sensor) != TT_SENSOR_FINE)
       faults[s] = tt_twin_sensor_fault_text(work_->twin.get(), sensor);
   }

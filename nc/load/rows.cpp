@@ -64,7 +64,7 @@ void RowBuilder::close(double to) {
 void RowBuilder::stretch(const Timed& timed, double from, double to) {
   const Element& element = timed.element;
   const double duration = to - from;
-  row_.spindle_rpm += std::abs(static_cast<double>(element.state.spindle_rpm)) * duration;
+  row_.spindle_rpm += std::abs(element.state.spindle_rpm) * duration;
   if (element.state.flood || element.state.mist) row_.fluid += duration;
   row_.tool = tool_ = element.state.tool;
   if (element.pause > 0.0) {
@@ -110,14 +110,14 @@ std::string rows_header(const mesh::Machine& machine) {
 std::string first_row_text(const mesh::Machine& machine, const Positions& start) {
   std::string text = "0,0,0";
   for (std::size_t i = 0; i < machine.axes.size(); ++i)
-    text += fmt::format(",{},0,,", start[static_cast<Eigen::Index>(i)] / unit_of(machine.axes[i]));
+    text += fmt::format(",{},0,,", start[i] / unit_of(machine.axes[i]));
   return text + "\n";
 }
 
 std::string row_text(const mesh::Machine& machine, const Row& row) {
   std::string text = fmt::format("{},{},{}", row.to, row.spindle_rpm, row.fluid);
   for (std::size_t k = 0; k < machine.axes.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
+    const Eigen::Index i = k;
     const mesh::Axis& axis = machine.axes[k];
     const double unit = unit_of(axis), feed = row.travel[i] / (row.to - row.from) * units::minute;
     const auto [low, high] = range_of(axis, row, i);
@@ -137,7 +137,7 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
   set("spindle.speed_rpm", row.spindle_rpm);
   set("cutting_fluid.on", row.fluid);
   for (std::size_t k = 0; k < machine.axes.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
+    const Eigen::Index i = k;
     const mesh::Axis& axis = machine.axes[k];
     const std::string prefix = "axis." + axis.id + ".", unit = unit_name(axis);
     const double in_unit = unit_of(axis);
@@ -159,8 +159,7 @@ LoadText::LoadText(const mesh::Machine& machine, const std::string& title, doubl
   phases_ = "[position]\n";
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const mesh::Axis& axis = machine.axes[i];
-    phases_ +=
-        fmt::format("{}_{} = {}\n", axis.id, unit_name(axis), start[static_cast<Eigen::Index>(i)] / unit_of(axis));
+    phases_ += fmt::format("{}_{} = {}\n", axis.id, unit_name(axis), start[i] / unit_of(axis));
   }
 }
 
@@ -169,7 +168,7 @@ void LoadText::add(const Row& row) {
   phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration,
                          row.spindle_rpm, row.fluid >= 0.5 ? "true" : "false");
   for (std::size_t k = 0; k < machine_.axes.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
+    const Eigen::Index i = k;
     const mesh::Axis& axis = machine_.axes[k];
     const char* name = unit_name(axis);
     const double unit = unit_of(axis);

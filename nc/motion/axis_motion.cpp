@@ -34,14 +34,14 @@ int AxisMotion::axis_mask() const {
 Nine AxisMotion::letters_of(const Positions& positions) const {
   Nine values = Nine::Zero();
   for (std::size_t i = 0; i < letter_.size(); ++i)
-    if (letter_[i] >= 0) values[letter_[i]] = positions[static_cast<Eigen::Index>(i)];
+    if (letter_[i] >= 0) values[letter_[i]] = positions[i];
   return values;
 }
 
 Positions AxisMotion::positions_of(const Nine& values) const {
   Positions positions = Positions::Zero(std::ssize(letter_));
   for (std::size_t i = 0; i < letter_.size(); ++i)
-    if (letter_[i] >= 0) positions[static_cast<Eigen::Index>(i)] = values[letter_[i]];
+    if (letter_[i] >= 0) positions[i] = values[letter_[i]];
   return positions;
 }
 
@@ -54,7 +54,7 @@ Positions AxisMotion::positions(const Nine& values, const Move& move) const {
 Nine AxisMotion::values(const Positions& positions, const Move& move, const Nine& nominal) const {
   Nine values = nominal;
   for (std::size_t i = 0; i < letter_.size(); ++i)
-    if (letter_[i] >= 0) values[letter_[i]] = positions[static_cast<Eigen::Index>(i)];
+    if (letter_[i] >= 0) values[letter_[i]] = positions[i];
   if (move.state.tcp) values.head<3>() = tcp_->point(positions, move.tool_offset) + move.tool_offset;
   return values;
 }
@@ -112,7 +112,7 @@ void AxisMotion::require_travel(const Element& element, const std::string& place
   for (std::size_t i = 0; i < machine_.axes.size(); ++i) {
     const mesh::Axis& axis = machine_.axes[i];
     if (axis.endless) continue;
-    const auto at = static_cast<Eigen::Index>(i);
+    const Eigen::Index at = i;
     constexpr double slack = 1e-9;
     const bool below = low[at]<axis.low - slack, above = high[at]> axis.high + slack;
     if (!below && !above) continue;
@@ -170,7 +170,7 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
     double off = 0.0;
     for (std::size_t i = 0; i < machine_.axes.size(); ++i)
       if (machine_.axes[i].kind == mesh::AxisKind::linear) {
-        const auto at = static_cast<Eigen::Index>(i);
+        const Eigen::Index at = i;
         off = std::max(off, std::abs(q[at] - 0.5 * (part.q0[at] + part.q1[at])));
       }
     if (off > nearest && part.depth < deepest) {

@@ -27,7 +27,7 @@ Planner::Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_
                  std::function<void(const Timed&)> take)
     : axes_(std::move(axes)),
       blend_tolerance_(blend_tolerance),
-      look_ahead_(static_cast<std::size_t>(look_ahead)),
+      look_ahead_(look_ahead),
       take_(std::move(take)) {}
 
 void Planner::push(Element element) {

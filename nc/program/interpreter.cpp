@@ -77,7 +77,7 @@ public:
     while (at < job.size()) {
       const ssize_t n = write(in, job.data() + at, job.size() - at);
       if (n <= 0) throw core::SolverError("nc: no room for the interpreter's job");
-      at += static_cast<std::size_t>(n);
+      at += n;
     }
     lseek(in, 0, SEEK_SET);
     posix_spawn_file_actions_t actions;
@@ -172,7 +172,7 @@ void require_text(const std::filesystem::path& path) {
   std::size_t line = 1, length = 0;
   constexpr std::size_t longest = 254;
   while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
-    for (const char letter : std::string_view(part.data(), static_cast<std::size_t>(in.gcount()))) {
+    for (const char letter : std::string_view(part.data(), in.gcount())) {
       const auto c = static_cast<unsigned char>(letter);
       constexpr unsigned char end_of_text = 26;  // the last byte of programs from old systems
       if (c < 32 && c != '\t' && c != '\n' && c != '\r' && c != end_of_text)
@@ -272,7 +272,7 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) break;
     heard = std::chrono::steady_clock::now();
-    held += static_cast<std::size_t>(n);
+    held += n;
     const std::size_t used = decoder.take(bytes.data(), held);
     std::memmove(bytes.data(), bytes.data() + used, held - used);
     held -= used;

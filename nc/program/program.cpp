@@ -107,7 +107,7 @@ private:
   double path_speed(const Move& move, bool only_angles) const {
     if (move.kind == MoveKind::traverse) return 0.0;
     double rate = frame_.feed;
-    const double turns = std::abs(static_cast<double>(state_.spindle_rpm));
+    const double turns = std::abs(state_.spindle_rpm);
     const double unit = only_angles ? units::deg : frame_.unit;
     if (synchronous_ > 0.0)
       rate = synchronous_ * turns;
@@ -245,7 +245,7 @@ private:
   }
 
   void set_spindle(double rpm) {
-    if (rpm == static_cast<double>(state_.spindle_rpm)) return;
+    if (rpm == state_.spindle_rpm) return;
     state_.spindle_rpm = static_cast<float>(rpm);
     if (rpm != 0.0) pause(Pause::Kind::spindle, control_.spindle_start);
   }

@@ -68,7 +68,7 @@ PathRewriter::PathRewriter(const std::string& text, std::string name, const Axis
     const ProgramLine line = lines_.line(i);
     flat_ = !(line.control || line.assigns || line.has('M', 98) || line.has('M', 99));
   }
-  summary_.lines_before = static_cast<long>(lines_.size());
+  summary_.lines_before = lines_.size();
 }
 
 void PathRewriter::refuse(const Entry& entry, const std::string& value, const std::string& allowed) const {
@@ -188,13 +188,13 @@ Eigen::Vector3d PathRewriter::displacement(const Move& move, const PredictedMove
   const mesh::Machine& machine = motion_.machine();
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const int axis = machine.axis_index(axes[i]);
-    const double offset = offsets[static_cast<Eigen::Index>(i)];
+    const double offset = offsets[i];
     if (std::abs(offset) > options_.largest_offset)
       throw core::InputError(fmt::format("{}:{}", name_, move.state.line),
                              fmt::format("an offset of {:.1f} um of axis {}", offset / units::um, axes[i]),
                              fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
     positions[axis] += offset;
-    const mesh::Axis& limits = machine.axes[static_cast<std::size_t>(axis)];
+    const mesh::Axis& limits = machine.axes[axis];
     if (positions[axis] < limits.low - 1e-9 || positions[axis] > limits.high + 1e-9)
       throw core::InputError(
           fmt::format("{}:{}", name_, move.state.line),
@@ -260,7 +260,7 @@ Nine PathRewriter::set_end(ProgramLine& line, const Entry& entry, const Source& 
   const Nine now = frame.to_program(at_), wanted = frame.to_program(target);
   Nine reached = wanted;
   for (int i = 0; i < 9; ++i) {
-    const char letter = letters[static_cast<std::size_t>(i)];
+    const char letter = letters[i];
     const Word* word = line.find(letter);
     const double goal = entry.absolute ? wanted[i] : wanted[i] - now[i], base = entry.absolute ? 0.0 : now[i];
     if (word != nullptr && !word->expression && std::abs(word->value - goal) <= half) {
@@ -289,8 +289,8 @@ void PathRewriter::set_centre(ProgramLine& line, const Entry& entry, const Sourc
   const Nine from = frame.to_program(a), to = frame.to_program(b);
   const double half = half_step(frame);
   for (int k = 0; k < 2; ++k) {
-    const int axis = plane.axes[static_cast<std::size_t>(k)];
-    const char letter = plane.centre[static_cast<std::size_t>(k)];
+    const int axis = plane.axes[k];
+    const char letter = plane.centre[k];
     const double value = entry.arc_absolute ? to[axis] : to[axis] - from[axis];
     const Word* word = line.find(letter);
     if (word != nullptr && !word->expression && std::abs(word->value - value) <= half) continue;
@@ -427,7 +427,7 @@ void PathRewriter::stay(Entry& entry) const {
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
   for (int i = 0; i < 3; ++i) {
-    const char letter = letters[static_cast<std::size_t>(i)];
+    const char letter = letters[i];
     const Word* word = line.find(letter);
     const double goal = entry.absolute ? now[i] : 0.0;
     if (word == nullptr || (!word->expression && std::abs(word->value - goal) <= half_step(entry.frame))) continue;

@@ -34,7 +34,7 @@ ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const Ax
       name_(std::move(name)),
       motion_(motion),
       options_(options) {
-  summary_.lines_before = summary_.lines_after = static_cast<long>(lines_.size());
+  summary_.lines_before = summary_.lines_after = lines_.size();
   closed_.assign(lines_.size() + 1, false);
   std::map<std::string, std::pair<std::size_t, std::size_t>> spans;
   for (std::size_t i = 0; i < lines_.size(); ++i) {
@@ -92,12 +92,11 @@ void ShiftRewriter::move(const Move& move) {
 
 void ShiftRewriter::predicted(const PredictedMove& predicted) {
   const Source& source = *predicted.timed->element.source;
-  Section& section = sections_[static_cast<std::size_t>(section_of_[next_++])];
+  Section& section = sections_[section_of_[next_++]];
   if (source.move.kind == MoveKind::traverse) return;
   Positions positions = predicted.end;
   for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
-    positions[motion_.machine().axis_index(predicted.field->axes()[i])] +=
-        predicted.offset_um[static_cast<Eigen::Index>(i)] * units::um;
+    positions[motion_.machine().axis_index(predicted.field->axes()[i])] += predicted.offset_um[i] * units::um;
   const Eigen::Vector3d displacement =
       (motion_.values(positions, source.move, source.move.to) - source.move.to).head<3>();
   if (displacement.norm() > options_.largest_offset)
@@ -132,7 +131,7 @@ std::string ShiftRewriter::finish() {
       std::string text = fmt::format("G10 L2 P{}", section.frame.work_number);
       for (int i = 0; i < 3; ++i) {
         const std::string number = nc_number((section.frame.work[i] + mean[i]) / unit, decimals);
-        text += fmt::format(" {}{}", letters[static_cast<std::size_t>(i)], number);
+        text += fmt::format(" {}{}", letters[i], number);
         used[i] = std::stod(number) * unit - section.frame.work[i];
       }
       updates[section.behind] = text;

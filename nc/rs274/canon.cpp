@@ -191,7 +191,7 @@ void SET_TOOL_TABLE_ENTRY(int pocket, int number, EmcPose tool_offset, double di
                           int orientation) {
   auto& table = tool_table();
   if (pocket < 0 || static_cast<std::size_t>(pocket) >= table.size()) return;
-  CANON_TOOL_TABLE& tool = table[static_cast<std::size_t>(pocket)];
+  CANON_TOOL_TABLE& tool = table[pocket];
   tool.toolno = number;
   tool.offset = tool_offset;
   tool.diameter = diameter;
@@ -301,7 +301,7 @@ double GET_EXTERNAL_MOTION_CONTROL_TOLERANCE() { return state.tolerance; }
 double GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE() { return state.naive; }
 void GET_EXTERNAL_PARAMETER_FILE_NAME(char* name, int size) {
   // No such file may be there: the interpreter would rename it.
-  std::strncpy(name, "/nonexistent/thermotwin.var", static_cast<std::size_t>(size));
+  std::strncpy(name, "/nonexistent/thermotwin.var", size);
   name[size - 1] = 0;
 }
 void SET_PARAMETER_FILE_NAME(const char*) {}
@@ -347,7 +347,7 @@ int GET_EXTERNAL_SELECTED_TOOL_SLOT() { return state.selected; }
 CANON_TOOL_TABLE GET_EXTERNAL_TOOL_TABLE(int pocket) {
   const auto& table = tool_table();
   if (pocket < 0 || static_cast<std::size_t>(pocket) >= table.size()) return no_tool();
-  return table[static_cast<std::size_t>(pocket)];
+  return table[pocket];
 }
 int GET_EXTERNAL_TC_FAULT() { return 0; }
 int GET_EXTERNAL_TC_REASON() { return 0; }

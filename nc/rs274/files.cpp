@@ -48,7 +48,7 @@ char* rewritten_text(FILE* file, std::size_t& size) {
   std::size_t capacity = 0;
   for (ssize_t n = getline(&raw, &capacity, file); n >= 0; n = getline(&raw, &capacity, file)) {
     ++number;
-    std::string line(raw, static_cast<std::size_t>(n));
+    std::string line(raw, n);
     if (is_python(line)) {
       begin_block(number, 0);
       stop(Stop::program, "Python in a comment, which is not executed");
@@ -157,7 +157,7 @@ std::string rewritten_line(const std::string& line, const std::vector<Rule>& rul
       // Words that go with one before them.
       for (const Rule* before : met)
         if (before->second.find(letter) != std::string::npos && before->action != Rule::Action::replace) rule = before;
-      const std::size_t length = static_cast<std::size_t>(end - (line.c_str() + i));
+      const std::size_t length = end - (line.c_str() + i);
       if (rule != nullptr && rule->action == Rule::Action::refuse)
         throw line.substr(i, length) + (rule->text.empty() ? "" : " " + rule->text);
       if (rule != nullptr) {

@@ -84,7 +84,7 @@ Job read_job() {
       EmcPose& o = tool.offset;
       in >> tool.toolno >> o.tran.x >> o.tran.y >> o.tran.z >> o.a >> o.b >> o.c >> o.u >> o.v >> o.w >>
           tool.diameter >> tool.frontangle >> tool.backangle >> tool.orientation;
-      tool.pocketno = static_cast<int>(tool_table().size());
+      tool.pocketno = tool_table().size();
       add_tool(tool);
     }
     if (key == "work") {

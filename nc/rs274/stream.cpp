@@ -47,7 +47,7 @@ void flush() {
     const ssize_t written = write(output, buffer.data() + at, used - at);
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) _exit(1);  // nobody listens
-    at += static_cast<std::size_t>(written);
+    at += written;
   }
   used = 0;
 }

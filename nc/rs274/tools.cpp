@@ -26,7 +26,7 @@ void load_tool(int entry) {
   std::vector<CANON_TOOL_TABLE>& table = tool_table();
   CANON_TOOL_TABLE tool = no_tool();
   tool.toolno = 0;
-  if (entry > 0 && static_cast<std::size_t>(entry) < table.size()) tool = table[static_cast<std::size_t>(entry)];
+  if (entry > 0 && static_cast<std::size_t>(entry) < table.size()) tool = table[entry];
   tool.pocketno = entry > 0 ? entry : 0;
   table[0] = tool;
 }
@@ -40,7 +40,7 @@ int tooldata_get(CANON_TOOL_TABLE* tool, int entry) {
     *tool = thermotwin::nc::rs274::no_tool();
     return entry < 0 || entry >= CANON_POCKETS_MAX ? 2 : 0;
   }
-  *tool = table[static_cast<std::size_t>(entry)];
+  *tool = table[entry];
   return 0;
 }
 
@@ -48,7 +48,7 @@ int tooldata_find_index_for_tool(int number) {
   const auto& table = thermotwin::nc::rs274::tool_table();
   if (number == 0) return 0;
   for (std::size_t i = 1; i < table.size(); ++i)
-    if (table[i].toolno == number) return static_cast<int>(i);
+    if (table[i].toolno == number) return i;
   return -1;
 }
 

@@ -76,8 +76,7 @@ LoadResponses responses(const reduction::ReducedModel& model, const std::vector<
           model, diagnosis::with_parameter(model.machine, of.parameter, of.parameter.nominal + sign * of.std), load);
     };
     const auto above = run(1.0), below = run(-1.0);
-    for (std::size_t t = 0; t < kept.size(); ++t)
-      found.states[t].col(static_cast<Eigen::Index>(p)) = 0.5 * (above[kept[t]] - below[kept[t]]);
+    for (std::size_t t = 0; t < kept.size(); ++t) found.states[t].col(p) = 0.5 * (above[kept[t]] - below[kept[t]]);
     progress.advance();
   });
   return found;

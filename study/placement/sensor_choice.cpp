@@ -38,7 +38,7 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
       time.tcp = errors.transpose() * errors / poses;
       time.decay.resize(parameters_);
       for (Index p = 0; p < parameters_; ++p)
-        time.decay[p] = std::exp(-(load.times[t] - before) / parameters[static_cast<std::size_t>(p)].memory);
+        time.decay[p] = std::exp(-(load.times[t] - before) / parameters[p].memory);
       time.first = t == 0;
       before = load.times[t];
       times_.push_back(std::move(time));
@@ -61,7 +61,7 @@ double SensorChoice::left_um(const std::vector<int>& sensors) const {
       p.diagonal().head(parameters_).array() += 1.0 - time.decay.array().square();
     }
     for (Index s = 0; s < k; ++s) {
-      row.head(parameters_) = time.places.row(sensors[static_cast<std::size_t>(s)]).transpose();
+      row.head(parameters_) = time.places.row(sensors[s]).transpose();
       row.tail(k).setZero();
       row[parameters_ + s] = 1.0;
       gain.noalias() = p * row;
@@ -77,7 +77,7 @@ double SensorChoice::left_after_loss_um(const std::vector<int>& sensors) const {
   double worst = 0.0;
   for (std::size_t lost = 0; lost < sensors.size(); ++lost) {
     std::vector<int> rest = sensors;
-    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(lost));
+    rest.erase(rest.begin() + lost);
     worst = std::max(worst, left_um(rest));
   }
   return worst;
@@ -89,11 +89,11 @@ double SensorChoice::criterion(const std::vector<int>& sensors) const {
 
 std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) const {
   std::vector<int> sensors = taken;
-  core::Progress progress("choosing sensors", static_cast<std::size_t>(std::max<Index>(1, count - std::ssize(taken))));
+  core::Progress progress("choosing sensors", std::max<Index>(1, count - std::ssize(taken)));
   while (std::ssize(sensors) < count) {
     VectorXd left = VectorXd::Constant(places_, std::numeric_limits<double>::infinity());
-    core::parallel_for(0, static_cast<std::size_t>(places_), [&](std::size_t place) {
-      const int index = static_cast<int>(place);
+    core::parallel_for(0, places_, [&](std::size_t place) {
+      const int index = place;
       if (std::find(sensors.begin(), sensors.end(), index) != sensors.end()) return;
       std::vector<int> with = sensors;
       with.push_back(index);
@@ -101,7 +101,7 @@ std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) 
     });
     Index best = 0;
     if (!std::isfinite(left.minCoeff(&best))) break;  // every place has a sensor
-    sensors.push_back(static_cast<int>(best));
+    sensors.push_back(best);
     progress.advance();
   }
   return sensors;
@@ -115,10 +115,10 @@ std::vector<int> SensorChoice::chosen(int count) const {
     double left = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < more.size(); ++i) {
       std::vector<int> rest = more;
-      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+      rest.erase(rest.begin() + i);
       if (const double without = criterion(rest); without < left) left = without, least = i;
     }
-    more.erase(more.begin() + static_cast<std::ptrdiff_t>(least));
+    more.erase(more.begin() + least);
   }
   const std::vector<int> second = exchanged(std::move(more));
   return criterion(second) < criterion(first) ? second : first;
@@ -129,10 +129,10 @@ std::vector<int> SensorChoice::exchanged(std::vector<int> sensors, int fixed) co
   for (int pass = 0; pass < options_.exchanges; ++pass) {
     bool changed = false;
     core::Progress progress("exchanging sensors", std::max<std::size_t>(1, sensors.size()));
-    for (std::size_t s = static_cast<std::size_t>(fixed); s < sensors.size(); ++s) {
+    for (std::size_t s = fixed; s < sensors.size(); ++s) {
       VectorXd left = VectorXd::Constant(places_, std::numeric_limits<double>::infinity());
-      core::parallel_for(0, static_cast<std::size_t>(places_), [&](std::size_t place) {
-        const int index = static_cast<int>(place);
+      core::parallel_for(0, places_, [&](std::size_t place) {
+        const int index = place;
         if (std::find(sensors.begin(), sensors.end(), index) != sensors.end()) return;
         std::vector<int> with = sensors;
         with[s] = index;
@@ -141,7 +141,7 @@ std::vector<int> SensorChoice::exchanged(std::vector<int> sensors, int fixed) co
       Index best = 0;
       const double least = left.minCoeff(&best);
       if (least < (1.0 - 1e-6) * now) {
-        sensors[s] = static_cast<int>(best);
+        sensors[s] = best;
         now = least;
         changed = true;
       }

@@ -39,7 +39,7 @@ std::vector<VectorXd> combinations(const StudyPlan& plan) {
 
 /// (rows x drawn) values of the design.
 MatrixXd draws(const StudyPlan& plan, const std::vector<int>& drawn) {
-  const int dimensions = static_cast<int>(drawn.size());
+  const int dimensions = drawn.size();
   const bool pick_freeze = plan.sampling == Sampling::pick_freeze;
   const auto valued = [&](MatrixXd shares) {
     for (Eigen::Index i = 0; i < shares.rows(); ++i) {
@@ -96,7 +96,7 @@ MatrixXd drawn_shares(int samples, int dimensions, std::uint64_t seed, bool lati
 Design make_design(const StudyPlan& plan) {
   Design design;
   for (std::size_t p = 0; p < plan.parameters.size(); ++p)
-    if (plan.parameters[p].distribution.is_drawn()) design.drawn.push_back(static_cast<int>(p));
+    if (plan.parameters[p].distribution.is_drawn()) design.drawn.push_back(p);
   const std::vector<VectorXd> fixed = combinations(plan);
   const bool any_drawn = !design.drawn.empty();
   const MatrixXd values = any_drawn ? draws(plan, design.drawn) : MatrixXd(1, 0);
@@ -124,7 +124,7 @@ mesh::Machine machine_of(const StudyPlan& plan, const VectorXd& values) {
   mesh::Machine machine = plan.machine_case.machine;
   for (std::size_t p = 0; p < plan.parameters.size(); ++p) {
     const diagnosis::Parameter& parameter = plan.parameters[p].parameter;
-    const double value = values[static_cast<Eigen::Index>(p)];
+    const double value = values[p];
     if (value != parameter.nominal) machine = diagnosis::with_parameter(machine, parameter, value);
   }
   return machine;

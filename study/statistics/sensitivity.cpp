@@ -116,7 +116,7 @@ public:
     for (Index p = 0; p < d; ++p) first[p] = coefficients.middleRows(1 + each * p, each).squaredNorm();
     VectorXd total = first;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const double both = coefficients.row(1 + each * d + static_cast<Index>(k)).squaredNorm();
+      const double both = coefficients.row(1 + each * d + k).squaredNorm();
       total[pairs_[k].i] += both;
       total[pairs_[k].j] += both;
     }
@@ -196,9 +196,9 @@ Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
 Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution>& distributions,
                           const MatrixXd& outputs) {
   const Index n = values.rows(), d = values.cols();
-  if (n < least_samples(static_cast<int>(d)) || outputs.rows() != n) {
+  if (n < least_samples(d) || outputs.rows() != n) {
     throw core::InputError("sensitivities", fmt::format("{} samples of {} parameters", n, d),
-                           fmt::format("{} samples or more", least_samples(static_cast<int>(d))));
+                           fmt::format("{} samples or more", least_samples(d)));
   }
   const MatrixXd scores = scores_of(outputs);
   Regression regression(values, distributions);
@@ -238,7 +238,7 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
   Sensitivity result;
   result.variance = found[2 * d];
   result.unexplained = std::min(1.0, unseen / static_cast<double>(n) / result.variance);
-  result.products = static_cast<int>(regression.pairs().size());
+  result.products = regression.pairs().size();
   for (Index i = 0; i < 2 * d; ++i) {
     const double root = std::sqrt(found[i]), half = deviations95 * error[i];
     const double low = std::pow(std::max(0.0, root - half), 2), high = std::pow(root + half, 2);

@@ -18,7 +18,7 @@ std::string words_of(const StudyPlan& plan, const Eigen::VectorXd& values, bool 
   for (std::size_t p = 0; p < plan.parameters.size(); ++p) {
     const StudyParameter& parameter = plan.parameters[p];
     if (only_matrices && shares_matrices(parameter.parameter.kind)) continue;
-    words += fmt::format(" {}={:.17g}", parameter.name, values[static_cast<Eigen::Index>(p)]);
+    words += fmt::format(" {}={:.17g}", parameter.name, values[p]);
   }
   return words;
 }

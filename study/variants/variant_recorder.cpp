@@ -23,7 +23,7 @@ constexpr Index columns_at_once = 16;  // of a product: fixed, so that bits do n
 MatrixXd error_rows(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, const MatrixXd& rows) {
   MatrixXd made(error_columns * std::ssize(poses), rows.cols());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Index first = solver::rows_per_pose * static_cast<Index>(i);
+    const Index first = solver::rows_per_pose * i;
     Eigen::Matrix<double, error_columns, solver::rows_per_pose> parts;
     for (Index k = 0; k < solver::rows_per_pose; ++k) {
       const Eigen::VectorXd unit = Eigen::VectorXd::Unit(solver::rows_per_pose, k);
@@ -31,8 +31,7 @@ MatrixXd error_rows(const mesh::Machine& machine, const std::vector<mesh::Pose>&
                                                           unit.segment<7>(12)))
                          .head<error_columns>();
     }
-    made.middleRows(error_columns * static_cast<Index>(i), error_columns) =
-        parts * rows.middleRows(first, solver::rows_per_pose);
+    made.middleRows(error_columns * i, error_columns) = parts * rows.middleRows(first, solver::rows_per_pose);
   }
   return made;
 }
@@ -42,16 +41,16 @@ VariantRecorder::VariantRecorder(const mesh::Machine& machine, const std::vector
     : machine_(machine),
       poses_(poses),
       rows_(rows),
-      states_(rows.cols(), static_cast<Index>(variants)) {
+      states_(rows.cols(), variants) {
   VariantTables empty;
   empty.tcp.columns = {"time_s"};
   for (const std::string& name : mesh::pose_columns(machine)) empty.tcp.columns.push_back(name);
   const std::vector<std::string> values = solver::tcp_columns();
   empty.tcp.columns.insert(empty.tcp.columns.end(), values.begin(), values.begin() + error_columns);
-  empty.tcp.values.setZero(static_cast<Index>(outputs * poses.size()), std::ssize(empty.tcp.columns));
+  empty.tcp.values.setZero(outputs * poses.size(), std::ssize(empty.tcp.columns));
   empty.sensors.columns = {"time_s"};
   for (const mesh::SensorSpec& sensor : machine.sensors) empty.sensors.columns.push_back(sensor.id + "_C");
-  empty.sensors.values.setZero(static_cast<Index>(outputs), std::ssize(empty.sensors.columns));
+  empty.sensors.values.setZero(outputs, std::ssize(empty.sensors.columns));
   tables_.assign(variants, empty);
 }
 
@@ -64,7 +63,7 @@ void VariantRecorder::add(const solver::OutputState& output) {
   if (output.load + 1 < tables_.size()) return;
   MatrixXd values(rows_.rows(), states_.cols());
   core::parallel_for(0, (states_.cols() + columns_at_once - 1) / columns_at_once, [&](std::size_t part) {
-    const Index first = static_cast<Index>(part) * columns_at_once;
+    const Index first = part * columns_at_once;
     const Index width = std::min(columns_at_once, states_.cols() - first);
     values.middleCols(first, width).noalias() = rows_ * states_.middleCols(first, width);
   });
@@ -74,8 +73,7 @@ void VariantRecorder::add(const solver::OutputState& output) {
       auto row = tables_[v].tcp.values.row(index * std::ssize(poses_) + static_cast<Index>(i));
       row[0] = output.time;
       row.segment(1, position.size()) = position.transpose();
-      row.tail(error_columns) =
-          values.col(static_cast<Index>(v)).segment(error_columns * static_cast<Index>(i), error_columns).transpose();
+      row.tail(error_columns) = values.col(v).segment(error_columns * i, error_columns).transpose();
     }
   }
   filled_ = index + 1;

@@ -64,9 +64,9 @@ core::Table quantiles_of(const Block& block, const std::vector<std::size_t>& of)
   table.values.resize(rows, std::ssize(table.columns));
   table.values.leftCols(before) = block.frame.values.leftCols(before);
   core::parallel_for(
-      0, static_cast<std::size_t>(rows),
+      0, rows,
       [&](std::size_t row) {
-        const auto r = static_cast<Index>(row);
+        const Index r = row;
         std::vector<double> values(of.size());
         for (Index k = 0; k <= error_values; ++k) {
           for (std::size_t i = 0; i < of.size(); ++i) {
@@ -104,8 +104,7 @@ public:
     }
   }
   Sensitivity of(const MatrixXd& outputs) const {
-    return pick_ ? pick_freeze(outputs, static_cast<int>(values_.cols()))
-                 : by_regression(values_, distributions_, outputs);
+    return pick_ ? pick_freeze(outputs, values_.cols()) : by_regression(values_, distributions_, outputs);
   }
 
 private:
@@ -116,8 +115,8 @@ private:
 
 /// The reason why a group of drawn variants has no sensitivities; empty: it has some.
 std::string obstacle(const StudyPlan& plan, const Design& design, std::size_t present) {
-  const int drawn = static_cast<int>(design.drawn.size());
-  const auto rows = static_cast<std::size_t>(design.rows);
+  const int drawn = design.drawn.size();
+  const std::size_t rows = design.rows;
   if (plan.sampling == Sampling::pick_freeze) {
     if (present < rows) return fmt::format("{} of {} variants have results, and pick_freeze needs all", present, rows);
     return plan.samples < 4 ? "pick_freeze needs 4 samples or more" : "";
@@ -135,7 +134,7 @@ LoadStudy study_load(const StudyPlan& plan, const Design& design, const Block& b
   const std::size_t each = design.drawn.size() + 2;
   const bool pick = plan.sampling == Sampling::pick_freeze && !design.drawn.empty();
   for (std::size_t i = 0; i < block.errors.size(); ++i) {
-    const std::size_t row = block.variants[i] % static_cast<std::size_t>(design.rows);
+    const std::size_t row = block.variants[i] % design.rows;
     if (!pick || row % each < 2) of.push_back(i);
   }
   found.quantiles = quantiles_of(block, of);
@@ -144,10 +143,9 @@ LoadStudy study_load(const StudyPlan& plan, const Design& design, const Block& b
   if (!sensitive) return found;
   const Sensitivities sensitivities(plan, design, block);
   found.sensitivity = sensitivities.of(translations(block, poses, -1));
-  found.at_poses.resize(static_cast<std::size_t>(poses));
-  core::parallel_for(0, found.at_poses.size(), [&](std::size_t p) {
-    found.at_poses[p] = sensitivities.of(translations(block, poses, static_cast<Index>(p)));
-  });
+  found.at_poses.resize(poses);
+  core::parallel_for(0, found.at_poses.size(),
+                     [&](std::size_t p) { found.at_poses[p] = sensitivities.of(translations(block, poses, p)); });
   return found;
 }
 
@@ -202,7 +200,7 @@ std::vector<int> that_matter(const Sensitivity& sensitivity) {
   std::vector<int> found;
   for (std::size_t p = 0; p < sensitivity.total.size(); ++p) {
     const Share& total = sensitivity.total[p];
-    if (total.value >= share_that_matters && total.low > 0.0) found.push_back(static_cast<int>(p));
+    if (total.value >= share_that_matters && total.low > 0.0) found.push_back(p);
   }
   std::sort(found.begin(), found.end(),
             [&](int a, int b) { return sensitivity.total[a].value > sensitivity.total[b].value; });

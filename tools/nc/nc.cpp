@@ -122,7 +122,7 @@ public:
     operation.end = end;
     operation.tool = timed.element.state.tool;
     operation.last_line = std::max(operation.last_line, timed.element.state.line);
-    operation.rpm_s += std::abs(static_cast<double>(timed.element.state.spindle_rpm)) * duration;
+    operation.rpm_s += std::abs(timed.element.state.spindle_rpm) * duration;
     if (timed.element.state.flood || timed.element.state.mist) operation.fluid_s += duration;
     if (timed.element.pause > 0.0) {
       operation.pause_s += duration;
@@ -164,7 +164,7 @@ public:
                       o.feed_length / units::mm, o.cutting_s > 0 ? o.feed_length / units::mm / o.cutting_s * 60.0 : 0.0,
                       o.rpm_s / duration, o.fluid_s / duration, o.moves);
       for (std::size_t i = 0; i < axes.size(); ++i) {
-        const auto k = static_cast<Eigen::Index>(i);
+        const Eigen::Index k = i;
         text += o.cuts == 0 ? ",,,"
                             : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / static_cast<double>(o.cuts),
                                           o.largest_um[k], o.std_um[k]);
@@ -174,8 +174,7 @@ public:
     return text;
   }
   std::size_t count() const {
-    return static_cast<std::size_t>(
-        std::count_if(operations_.begin(), operations_.end(), [](const auto& one) { return one.second.any; }));
+    return std::count_if(operations_.begin(), operations_.end(), [](const auto& one) { return one.second.any; });
   }
 
 private:
@@ -200,7 +199,7 @@ std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& mo
                  move.timed->element.rapid, move.time);
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
-    fmt::format_to(at, ",{:.6f}", move.end[static_cast<Eigen::Index>(i)] / (linear ? units::mm : units::deg));
+    fmt::format_to(at, ",{:.6f}", move.end[i] / (linear ? units::mm : units::deg));
   }
   for (int i = 0; i < 3; ++i) fmt::format_to(at, ",{:.4f}", move.error_um[i]);
   for (const double value : move.offset_um) fmt::format_to(at, ",{:.4f}", value);
@@ -210,7 +209,7 @@ std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& mo
 }
 
 void require_spindle(const mesh::Machine& machine, const nc::MoveState& state, const std::string& file) {
-  const double rpm = std::abs(static_cast<double>(state.spindle_rpm));
+  const double rpm = std::abs(state.spindle_rpm);
   if (machine.spindle_max_rpm > 0 && rpm > machine.spindle_max_rpm)
     throw core::InputError(fmt::format("{}:{}", file, state.line), fmt::format("a spindle speed of {} rpm", rpm),
                            fmt::format("at most {} rpm (spindle_max_rpm)", machine.spindle_max_rpm));
@@ -275,8 +274,8 @@ public:
       const bool linear = axis.kind == mesh::AxisKind::linear;
       const double unit = linear ? units::mm : units::deg;
       const std::string name = axis.id + (linear ? "_mm" : "_deg");
-      travel[name] = program_travel_[static_cast<Eigen::Index>(i)] / unit;
-      rows[name] = rows_.travel()[static_cast<Eigen::Index>(i)] / unit;
+      travel[name] = program_travel_[i] / unit;
+      rows[name] = rows_.travel()[i] / unit;
     }
     nlohmann::json json = {{"duration_s", planner_.time()},
                            {"moves", program_.moves},
@@ -295,8 +294,8 @@ public:
     if (predictor_) {
       nlohmann::json largest = nlohmann::json::object(), std = nlohmann::json::object();
       for (std::size_t i = 0; i < predictor_->axes().size(); ++i) {
-        largest[predictor_->axes()[i]] = largest_um_.size() > 0 ? largest_um_[static_cast<Eigen::Index>(i)] : 0.0;
-        std[predictor_->axes()[i]] = std_um_.size() > 0 ? std_um_[static_cast<Eigen::Index>(i)] : 0.0;
+        largest[predictor_->axes()[i]] = largest_um_.size() > 0 ? largest_um_[i] : 0.0;
+        std[predictor_->axes()[i]] = std_um_.size() > 0 ? std_um_[i] : 0.0;
       }
       json["largest_offset_um"] = largest;
       json["largest_std_um"] = std;
@@ -327,8 +326,7 @@ public:
     if (predictor_ && largest_um_.size() > 0) {
       text += "\nlargest offset of a cutting move:";
       for (std::size_t i = 0; i < predictor_->axes().size(); ++i)
-        text += fmt::format("{} {} {:.2f} um", i > 0 ? "," : "", predictor_->axes()[i],
-                            largest_um_[static_cast<Eigen::Index>(i)]);
+        text += fmt::format("{} {} {:.2f} um", i > 0 ? "," : "", predictor_->axes()[i], largest_um_[i]);
     }
     if (path_ || shift_) {
       const nc::RewriteSummary& rewrite = path_ ? path_->summary() : shift_->summary();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "compensation/online/compensator.h"
 #include "mesh/machine/kinematics.h"
 #include "tests/compensation/scratch.h"
 #include "tests/compensation/shift.h"
