@@ -111,7 +111,7 @@ TEST(ModelFile, ForeignFilesAreRefused) {
   core::write_file(text, "time_s,T1_C\n0,20\n");
   EXPECT_NE(message_of(text).find("no HDF5 file"), std::string::npos) << message_of(text);
   EXPECT_NE(message_of(scratch.path() / "none.h5").find("no such file"), std::string::npos);
-  EXPECT_NE(message_of(scratch.path()).find("no such file"), std::string::npos);
+  EXPECT_NE(message_of(scratch.path()).find("a folder"), std::string::npos) << message_of(scratch.path());
   StoreWriter foreign("other");
   foreign.text_attribute("/", "title", "something else");
   core::write_file(other, foreign.finish());
