@@ -16,3 +16,9 @@ extern template class Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>;
 extern template class Eigen::EigenSolver<Eigen::MatrixXd>;
 extern template class Eigen::JacobiSVD<Eigen::MatrixXd>;
 extern template class Eigen::BDCSVD<Eigen::MatrixXd>;
+
+// A class's declaration does not reach its members that are templates themselves.
+extern template Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>::compute(
+    const Eigen::EigenBase<Eigen::MatrixXd>&, int);
+extern template Eigen::EigenSolver<Eigen::MatrixXd>& Eigen::EigenSolver<Eigen::MatrixXd>::compute(
+    const Eigen::EigenBase<Eigen::MatrixXd>&, bool);

@@ -203,7 +203,7 @@ private:
     VectorXd scale = (centred.colwise().squaredNorm().transpose() / n).cwiseSqrt();
     for (double& value : scale) value = value > 0.0 ? 1.0 / value : 0.0;
     const MatrixXd scaled = centred * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(scaled.transpose() * scaled / n);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(MatrixXd(scaled.transpose() * scaled / n));
     const VectorXd variance = modes.eigenvalues();
     Index kept = 0;
     constexpr double least_share = 1e-4;

@@ -126,7 +126,7 @@ Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& 
         Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
   }
   // Right singular vectors by way of the left ones, which are fewer.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(seen * seen.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(seen * seen.transpose()));
   const VectorXd& squares = eigen.eigenvalues();  // rising
   const Index count = squares.size();
   Index kept = 0;
@@ -221,9 +221,9 @@ MatrixXd place_directions(const SearchData& seen, const MatrixXd& weights, Index
   const auto own = seen.white.middleCols(input * m, m);
   const MatrixXd apart = (weights.colwise() - chosen) * posterior.cwiseSqrt().asDiagonal(),
                  spread = apart * apart.transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> metric(own.transpose() * own);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> metric(MatrixXd(own.transpose() * own));
   const MatrixXd root = metric.eigenvectors() * metric.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * spread * root);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(root.transpose() * spread * root));
   MatrixXd directions(m, std::min(m, place_directions_kept));
   for (Index i = 0; i < directions.cols(); ++i) {
     const double square = eigen.eigenvalues()[m - 1 - i];

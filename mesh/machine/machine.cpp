@@ -20,6 +20,13 @@ int index_of(const std::vector<Item>& items, const std::string& id) {
 
 }  // namespace
 
+Machine::Machine() = default;
+Machine::Machine(const Machine&) = default;
+Machine::Machine(Machine&&) noexcept = default;
+Machine& Machine::operator=(const Machine&) = default;
+Machine& Machine::operator=(Machine&&) noexcept = default;
+Machine::~Machine() = default;
+
 const Material& Machine::material(const std::string& id) const {
   const int index = index_of(materials, id);
   if (index < 0) throw InputError(path.string(), "material '" + id + "'", "a material of the machine");

@@ -290,6 +290,14 @@ struct Machine {
   std::string text;            ///< its text, as read
   std::string hash;            ///< core::content_hash(text)
 
+  // Compiled once: a hundred sources copy or drop a machine.
+  Machine();
+  Machine(const Machine&);
+  Machine(Machine&&) noexcept;
+  Machine& operator=(const Machine&);
+  Machine& operator=(Machine&&) noexcept;
+  ~Machine();
+
   const Material& material(const std::string& id) const;  ///< ids are known to exist after reading
   int body_index(const std::string& id) const;            ///< -1 if absent
   int axis_index(const std::string& id) const;

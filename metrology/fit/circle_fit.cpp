@@ -44,7 +44,7 @@ Algebraic taubin(const MatrixX2d& p) {
   const double mean = z.mean(), scale = 2.0 * std::sqrt(mean);
   MatrixXd rows(p.rows(), 3);
   rows << (z.array() - mean).matrix() / scale, p;
-  const Vector3d v = Eigen::SelfAdjointEigenSolver<MatrixXd>(rows.transpose() * rows).eigenvectors().col(0);
+  const Vector3d v = Eigen::SelfAdjointEigenSolver<MatrixXd>(MatrixXd(rows.transpose() * rows)).eigenvectors().col(0);
   const double a = v[0] / scale, last = -mean * a;
   if (a == 0.0) return kasa(p);
   return {-0.5 / a * v.tail<2>(),
@@ -114,7 +114,7 @@ Circle fit_circle(const MatrixX2d& points, CircleMethod method, const std::strin
   if (!(spread > 0.0)) throw InputError(place, "points on one place", "points on an arc");
   p /= spread;
   const VectorXd singular =
-      Eigen::SelfAdjointEigenSolver<MatrixXd>(p.transpose() * p, Eigen::EigenvaluesOnly).eigenvalues();
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(MatrixXd(p.transpose() * p), Eigen::EigenvaluesOnly).eigenvalues();
   if (!(singular[0] > flattest * flattest * singular[1]))
     throw InputError(place, "points on a line", "points on an arc");
 

@@ -18,7 +18,7 @@ Plane fit_plane(const Eigen::MatrixX3d& points, const Eigen::Vector3d& towards, 
   Plane plane;
   plane.point = points.colwise().mean();
   const Eigen::MatrixXd about = points.rowwise() - plane.point.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(about.transpose() * about);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spread(Eigen::MatrixXd(about.transpose() * about));
   if (!(spread.eigenvalues()[1] > 1e-20 * spread.eigenvalues()[2]))
     throw InputError(place, "points on a line", "points in a plane");
   plane.normal = spread.eigenvectors().col(0);

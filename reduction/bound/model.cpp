@@ -95,7 +95,7 @@ MatrixXd leading(const solver::SparseMatrix& m, const solver::SparseMatrix& capa
                  Index most) {
   const MatrixXd residual = m * columns + (capacity * columns) / short_time_s;
   const MatrixXd gram = residual.transpose() * solver::SparseFactor(m).solve(residual);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (gram + gram.transpose()));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(0.5 * (gram + gram.transpose())));
   const Index count = gram.rows();
   Index kept = 0;
   while (kept < std::min(count, most) && eigen.eigenvalues()(count - 1 - kept) > least_dual_direction *

@@ -54,7 +54,7 @@ VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c,
   const MatrixXd gram = adjoint.transpose() * stored;
   // Sensors at one place make it singular: their mean is what can be honoured.
   const VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * gram * scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(scale.asDiagonal() * gram * scale.asDiagonal()));
   const double least = 1e-10 * eigen.eigenvalues().maxCoeff();
   const VectorXd inverse =
       eigen.eigenvalues().unaryExpr([&](double value) { return value > least ? 1.0 / value : 0.0; });

@@ -53,7 +53,7 @@ void FieldModes::merge() {
     small.topRightCorner(known, pending_) = seen;
   }
   small.bottomRightCorner(fresh, pending_) = triangle;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> square(small * small.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> square(MatrixXd(small * small.transpose()));
   const double largest = square.eigenvalues().maxCoeff();
   Index kept = 0;  // eigenvalues rise
   while (kept < std::min(rank_ + spare, known + fresh) &&
