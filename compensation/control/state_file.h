@@ -16,7 +16,7 @@ inline constexpr double state_every_s = 60.0;
 
 class StateFile {
 public:
-  /// Takes the lock <path>.lock, which ends with the process.
+  /// Takes the lock PATH.lock, which ends with the process.
   /// @throws InputError if another process has it, or the folder cannot be written
   explicit StateFile(std::filesystem::path path);
   ~StateFile();

@@ -47,7 +47,7 @@ public:
   /// All axes to their targets at once at rapid. Endless axes go forward by the difference.
   void rapid(const mesh::Pose& target, const std::string& says = "");
   /// The same in a straight line; the feed is that of the axis with the longest time.
-  /// @param feeds  m/s of linear axes, rad/s of rotary ones
+  /// @param linear  feed of linear axes, m/s  @param rotary  of rotary ones, rad/s
   void feed(const mesh::Pose& target, double linear, double rotary, const std::string& says = "");
   /// A rotary axis turns at a speed while linear axes follow on a circle. @param way  poses along it, the last is the
   /// end  @param words  of the NC program, without feed  @param speed  rad/s  @param feed_mm_min  along the circle

@@ -49,7 +49,7 @@ std::vector<int> that_matter(const Sensitivity& sensitivity);
 VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                     const std::vector<Unit>& units);
 
-/// Writes <group>/<load>/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, and variants.csv.
+/// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, and variants.csv.
 /// @throws InputError
 void write_results(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                    const VariantStudy& results);
