@@ -243,6 +243,16 @@ TEST_F(NcRewrite, NamesAndWordsOfTheControlStay) {
   EXPECT_EQ(text.find("O7"), std::string::npos) << text;
 }
 
+// Moves in the machine's own coordinates stay, and a block in inverse time takes its time in parts as well.
+TEST_F(NcRewrite, MachineCoordinatesAndInverseTimeAreRespected) {
+  const json summary = run("G21 G90\nG0 X-110 Z60\nG53 G0 X0\nG53 G0 X-110\nG93 G1 X110 Y35 Z90 F2\nG94\nM2\n",
+                           "inverse", {"--rewrite", "path", "--start-C", "30", "--tolerance", "0.3"});
+  EXPECT_GE(summary["rewrite"]["split"], 1);
+  EXPECT_NE(corrected("inverse").find("\nG53 G0 X0\nG53 G0 X-110\n"), std::string::npos) << corrected("inverse");
+  const json again = run(corrected("inverse"), "again", {"--start-C", "30"});
+  EXPECT_NEAR(again["cutting_s"].get<double>(), summary["cutting_s"].get<double>(), 0.02);
+}
+
 // Loops, subprograms, parameters, incremental words and a drilling cycle are written out.
 TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
   const std::string text =

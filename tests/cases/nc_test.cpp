@@ -204,6 +204,27 @@ TEST_F(Nc, ExactPathDoesNotStopWithinAMove) {
   EXPECT_LT(duration("G64 P0.02"), duration("G61"));
 }
 
+// Switched on with the table tilted, a move begins where the axes are: at X -65, Z 42.58 of the workpiece.
+TEST_F(Nc, ToolCentrePointControlBeginsWhereTheAxesAre) {
+  toy.write("control.toml", "schema = 1\n[[word]]\nword = \"M428\"\naction = \"tcp_on\"\n");
+  const json summary = loads("G21 G90 G61.1\nG0 Z60\nG0 B30\nM428\nG1 X30 Y0 Z60 B30 C0 F600\nM2\n",
+                             {"--control", toy.file("control.toml")});
+  const double length = std::hypot(30.0 + 130.0 * std::sin(pi / 6), 60.0 + 70.0 - 130.0 * std::cos(pi / 6));
+  EXPECT_NEAR(summary["cutting_s"].get<double>(), length / 10.0, 5e-3);
+}
+
+// A revolution, a helix, a thread and an arc that its radius limits: durations by hand, but for the acceleration.
+TEST_F(Nc, FeedsOfAllKindsTakeTheirTime) {
+  const auto cutting = [&](const std::string& text) {
+    return loads("G21 G90 G61.1\nM3 S600\nG0 Z50\n" + text + "\nM2\n")["cutting_s"].get<double>();
+  };
+  EXPECT_NEAR(cutting("G95 G1 X50 F0.5"), 10.0, 0.01);
+  EXPECT_NEAR(cutting("G3 X0 Y20 Z80 J10 F600"), std::hypot(10.0 * pi, 30.0) / 10.0, 0.02);
+  EXPECT_NEAR(cutting("G33.1 Z40 K1"), 2.0, 0.02);
+  const double speed = std::sqrt(0.87 * 3.0 * 1e-3);
+  EXPECT_GE(cutting("G3 I1 F20000"), 2.0 * pi * 1e-3 / speed);
+}
+
 TEST_F(Nc, TheSpindleStartsOnce) {
   EXPECT_NEAR(loads("G21 G90\nM3 S1000.1\nS1000.1\nM3\nS1000.1\nM2\n")["pause_s"].get<double>(), 1.0, 1e-9);
   EXPECT_NEAR(loads("G21 G90\nM3 S1000.1\nS2000\nM2\n")["pause_s"].get<double>(), 2.0, 1e-9);
