@@ -251,6 +251,8 @@ public:
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
     finish_rewrite(folder, files);
     if (blocks) files.emplace_back("blocks.csv");
+    close(rows_out_, "rows.csv");
+    if (blocks) close(blocks_out_, "blocks.csv");
     core::write_file(folder / "load.toml", load_.finish(options_.row_s));
     core::write_file(folder / "operations.csv",
                      operations_.csv(predictor_ ? predictor_->axes() : std::vector<std::string>{}));
@@ -258,8 +260,6 @@ public:
       core::write_file(folder / "parts.csv", parts_.csv(predictor_->axes()));
       files.emplace_back("parts.csv");
     }
-    close(rows_out_, "rows.csv");
-    if (blocks) close(blocks_out_, "blocks.csv");
     return files;
   }
 
