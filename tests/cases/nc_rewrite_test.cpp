@@ -259,7 +259,8 @@ TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
       "G21 G90\no1 sub\nG91 G1 X2 F500\nY1\nG90\no1 endsub\n#1 = 0\nG0 X-60 Y-20 Z60\no2 while [#1 lt 4]\nG1 Z[60 - "
       "#1] "
       "F[300 + #1]\no1 call\n#1 = [#1 + 1]\no2 endwhile\no3 if [#1 gt 9]\nG91\nG1 "
-      "X5\no3 else\nG1 X[#1 + 1]\no3 endif\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG0 Z70\nM2\n";
+      "X5\no3 else\nG1 X[#1 + 1]\no3 endif\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG91 G81 X5 Z-5 R2 "
+      "F200\nX5\nG80\nG1 X3\nG90\nG0 Z70\nM2\n";
   run(text, "loops", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
   run(corrected("loops"), "again", {"--start-C", "26"});
   expect_displaced("loops", "again", 1.2e-4);

@@ -121,6 +121,10 @@ TEST_F(Nc, RowsHaveTheMeansOfSpindleFluidAndPauses) {
   EXPECT_NEAR(rpm[2], 6000, 1e-6);
   EXPECT_NEAR(fluid[1], 0.0, 1e-9);
   EXPECT_NEAR(fluid[3], 1.0, 1e-9);
+  const core::Table operations = core::read_csv(toy.result("operations.csv"));
+  ASSERT_EQ(operations.rows(), 1);
+  EXPECT_NEAR(operations.column("fluid_share")[0], 5.0 / 15.0, 1e-5);
+  EXPECT_NEAR(operations.column("mean_spindle_rpm")[0], 6000 * 11.0 / 15.0, 0.1);
 }
 
 // Work offset, rotation, inches and a tool length end in the axes' own coordinates.
@@ -211,6 +215,16 @@ TEST_F(Nc, ToolCentrePointControlBeginsWhereTheAxesAre) {
                              {"--control", toy.file("control.toml")});
   const double length = std::hypot(30.0 + 130.0 * std::sin(pi / 6), 60.0 + 70.0 - 130.0 * std::cos(pi / 6));
   EXPECT_NEAR(summary["cutting_s"].get<double>(), length / 10.0, 5e-3);
+  const json turn = loads("G21 G90\nM428\nG0 X30\nG1 C360 F3600\nM2\n", {"--control", toy.file("control.toml")});
+  EXPECT_NEAR(turn["travel"]["X_mm"].get<double>(), 30.0 + 4 * 30.0, 0.01) << "the table carries the point round";
+  EXPECT_NEAR(turn["travel"]["Y_mm"].get<double>(), 4 * 30.0, 0.01);
+}
+
+// Each part begins where the one before ended.
+TEST_F(Nc, PartsFollowOneAnother) {
+  loads("G21 G91\nG0 X10\nM2\n", {"--repeat", "3"});
+  const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
+  EXPECT_NEAR(rows.column("axis.X.position_mm")[rows.rows() - 1], 30.0, 1e-9);
 }
 
 // A revolution, a helix, a thread and an arc that its radius limits: durations by hand, but for the acceleration.
@@ -431,6 +445,15 @@ TEST_F(Nc, PredictionIsThatOfTheFullModelOnItsLoads) {
   const core::Table operations = core::read_csv(toy.result("operations.csv"));
   EXPECT_NEAR(operations.column("end_s")[operations.rows() - 1], summary["duration_s"].get<double>(), 1e-6);
   EXPECT_NEAR(operations.column("feed_length_mm").sum(), 100 + 239 * 200 + 100, 1e-6);
+  const Eigen::VectorXd rapid = blocks.column("rapid"), offset = blocks.column("offset_X_um");
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < blocks.rows(); ++i) sum += rapid[i] == 0 ? offset[i] : 0.0;
+  EXPECT_NEAR(operations.column("mean_offset_X_um")[0], sum / (static_cast<double>(blocks.rows()) - rapid.sum()), 2e-3);
+  // Several moves end within a row, and the machine warms up between them.
+  int standing = 0;
+  for (Eigen::Index i = 11; i + 3 < blocks.rows(); ++i)
+    standing += blocks.column("dz_um")[i] == blocks.column("dz_um")[i + 2] ? 1 : 0;
+  EXPECT_LT(standing, 10) << "the state stands still within a row";
 }
 
 // compensate reads the rows as they are.
