@@ -364,7 +364,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"binary", std::string("G21\nG0 X1\0\1\2\nM2\n", 16), {"part.ngc:2", "byte of value 0"}},
         Bad{"long_line", "G21\n(" + std::string(300, 'x') + ")\nM2\n", {"part.ngc:2", "254 characters"}},
         Bad{"no_feed", "G21\nG1 X1\nM2\n", {"part.ngc:2", "feed"}},
-        Bad{"spindle", "G21\nM3 S13000\nG1 X1 F100\nM2\n", {"part.ngc:3", "13000 rpm", "12000 rpm"}},
+        Bad{"spindle", "G21\nM3 S13000\nG1 X1 F100\nM2\n", {"part.ngc:2", "13000 rpm", "12000 rpm"}},
         Bad{"spindle_while_standing", "G21\nM3 S13000\nG4 P60\nM2\n", {"part.ngc:2", "13000 rpm", "12000 rpm"}},
         Bad{"empty", "", {"part.ngc", "empty"}}, Bad{"blank", " \r\n\n", {"part.ngc", "empty"}},
         Bad{"words", "nan inf\n", {"part.ngc:1"}},
