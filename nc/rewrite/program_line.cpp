@@ -78,6 +78,7 @@ void ProgramLine::read_words() {
     }
     if (!is_letter(c)) {
       ++i;
+      if (!is_space(c)) code_end = i;
       continue;
     }
     Word word;
