@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Writes the program anew with the predicted offsets in its coordinates. A move's end is displaced by the offsets at
-// its pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes where
-// the displacement rounds to another one; all other text stays. A block is split where the displacement along it bends
-// by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms, parameters and
-// drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
+// its pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes
+// where the displacement rounds to another one; all other text stays. A block is split where the displacement along it
+// bends by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms,
+// parameters and drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
 
 #include <deque>
 #include <functional>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Puts updates of the work offset into the program, at retracted moves: behind a line whose one rapid move goes up
-// along Z alone, outside of loops and subprograms. An update holds the mean displacement of the cutting moves up to the next
-// one. It is written where it differs from the last by more than the tolerance; all other text stays.
+// along Z alone, outside of loops and subprograms. An update holds the mean displacement of the cutting moves up to the
+// next one. It is written where it differs from the last by more than the tolerance; all other text stays.
 
 #include <functional>
 #include <map>
