@@ -14,7 +14,7 @@ namespace thermotwin::compensation {
 
 struct UnitHint {
   double factor = 1;       ///< recorded numbers over those in the stated unit
-  std::string words;       ///< what the numbers may be: "mm", "its sign is reversed"
+  std::string words;       ///< "its numbers may be mm", "its sign may be reversed"
   double rms_stated = 0;   ///< of measured minus predicted about its mean, in the stated unit
   double rms_changed = 0;  ///< the same, with the numbers divided by the factor
 };
