@@ -23,7 +23,8 @@ void guard_files(const std::string& folder, std::vector<Rule> rules);
 /// A file outside of the folder that was asked for, or empty.
 const std::string& refused_file();
 
-/// A line with its words replaced and a marker behind the comments, which stay. @throws std::string for a word that is refused
+/// A line with its words replaced and a marker behind the comments, which stay.
+/// @throws std::string  for a word that is refused
 std::string rewritten_line(const std::string& line, const std::vector<Rule>& rules);
 
 }  // namespace thermotwin::nc::rs274
