@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A page of docs/reference that is made from the table of keys of a reader. THERMOTWIN_REFERENCE=docs/reference writes it
-// anew. A source that includes this needs THERMOTWIN_SOURCE_DIR (tests/CMakeLists.txt).
+// A page of docs/reference that is made from the table of keys of a reader. THERMOTWIN_REFERENCE=docs/reference writes
+// it anew. A source that includes this needs THERMOTWIN_SOURCE_DIR (tests/CMakeLists.txt).
 
 #include <gtest/gtest.h>
 

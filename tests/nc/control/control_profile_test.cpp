@@ -31,6 +31,7 @@ TEST(ControlProfile, BuiltInOnesAreRead) {
   EXPECT_EQ(linuxcnc.words.size(), 3U);
   EXPECT_EQ(linuxcnc.axes[0].speed, 0.5);
   EXPECT_EQ(linuxcnc.axes[0].acceleration, 3.0);
+  EXPECT_NEAR(linuxcnc.axes[1].acceleration, 26.1799388, 1e-6);
   EXPECT_EQ(linuxcnc.moves, 2e7);
   EXPECT_GT(ControlProfile::load("fanuc", machine()).words.size(), 10U);
   EXPECT_THROW(ControlProfile::load("heidenhain", machine()), core::InputError);

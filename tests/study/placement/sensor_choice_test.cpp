@@ -73,8 +73,8 @@ TEST(SensorChoice, ForgetsWithTheMemoryOfAParameter) {
 }
 
 TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
-  // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places 0
-  // and 1 together tell all.
+  // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places
+  // 0 and 1 together tell all.
   MatrixXd tcp = MatrixXd::Zero(3, 3);
   tcp(0, 0) = tcp(0, 1) = 1.0;
   MatrixXd places(4, 3);
