@@ -249,6 +249,8 @@ TEST_F(StudyVariants, AUnitIsComputedOnceByWhateverTask) {
   const Result other = run(two_units);
   EXPECT_EQ(json::parse(other.out)["computed"], 2);
   EXPECT_SAYS(other.err, "2 units in");
+  toy_.edit("loads/short.toml", "spindle_rpm = 9000", "spindle_rpm = 8000");
+  EXPECT_EQ(json::parse(run(two_units).out)["computed"], 2);
 }
 
 TEST_F(StudyVariants, AStoppedUnitGoesOnWithTheSameBits) {
@@ -315,6 +317,18 @@ TEST_F(StudyVariants, ReducedIsSaidAndNear) {
   EXPECT_SAYS(read(study("reduced") / "report.html"), "reduced model");
   const Eigen::VectorXd ours = tcp(8, "reduced").column("dz_um"), theirs = tcp(8).column("dz_um");
   EXPECT_LT((ours - theirs).cwiseAbs().maxCoeff(), 0.05 * theirs.cwiseAbs().maxCoeff());
+  // The model itself changes with a material.
+  const std::string expansion =
+      "[[parameter]]\nkind = \"expansion_coefficient\"\nwhere = \"iron\"\nvalues = [1.0, 1.5]\n";
+  const Result stretched = run(expansion, {"--reduced"}, "stretched");
+  ASSERT_EQ(stretched.status, 0) << stretched.err;
+  const Result of_full = run(expansion, {}, "of_full");
+  ASSERT_EQ(of_full.status, 0) << of_full.err;
+  const auto change = [&](const char* name) {
+    return Eigen::VectorXd(tcp(2, name).column("dz_um") - tcp(1, name).column("dz_um"));
+  };
+  const Eigen::VectorXd reference = change("of_full");
+  EXPECT_LT((change("stretched") - reference).cwiseAbs().maxCoeff(), 0.1 * reference.cwiseAbs().maxCoeff());
 }
 
 struct Slip {
@@ -333,6 +347,15 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
       {"samples = 3\n[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"air\"\n", "where", "no std_percent", "std"},
       {"samples = 3\n[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"air\"\nstd_percent = 3\n", "std_percent",
        "ambient_offset", "std, in K"},
+      {"samples = 3\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nstd = 1\nrange = [0, 1]\n", "plan.toml:8",
+       "range and std together", "one of values, range, std_percent, std"},
+      {"samples = 3\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\n[[parameter]]\nkind = \"source_power\"\n"
+       "where = \"spindle.bearings\"\n",
+       "plan.toml:10", "'spindle.bearings' of source_power twice", "each parameter once"},
+      {"samples = 3\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "plan.toml:4",
+       "3, and no parameter to draw", "0, or a parameter with range"},
+      {"size = [\"coarse\", \"coarse\"]\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n",
+       "plan.toml:4", "'coarse' twice", "each once"},
       {"size = \"corse\"\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "corse", "corse",
        "coarse"},
   };
@@ -342,6 +365,23 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
     for (const char* part : {slip.place, slip.value, slip.allowed}) EXPECT_SAYS(result.err, part) << slip.text;
     EXPECT_FALSE(fs::exists(study() / "units")) << slip.text;
   }
+  const std::string file = plan("[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n");
+  toy_.edit("../plan.toml", "[\"short\"]", "[\"short\", \"short\"]");
+  const Result twice = toy_.run({"study", "variants", file, "--quiet"});
+  EXPECT_EQ(twice.status, 3);
+  EXPECT_SAYS(twice.err, "plan.toml:3");
+  EXPECT_SAYS(twice.err, "'short' twice; allowed: each load program once");
+}
+
+TEST_F(StudyVariants, DrawsOfAWideDeviationStayWithinTheKind) {
+  toy_.edit("machine.toml", "drive_loss_share = 0.2\nscale = {value = 1.0, std_percent = 5}",
+            "drive_loss_share = 0.2\nscale = {value = 1.0, std_percent = 70}");
+  const Result made =
+      run("samples = 12\nseed = 2\n[[parameter]]\nkind = \"source_power\"\nwhere = \"spindle.bearings\"\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  const core::Table variants = core::read_csv(study() / "variants.csv");
+  EXPECT_GE(variants.column("source_power:spindle.bearings").minCoeff(), 0.0);
+  EXPECT_GT(variants.column("source_power:spindle.bearings").maxCoeff(), 1.5);
 }
 
 TEST_F(StudyVariants, AVariantThatCannotBeMeshedIsNamedAndTheOthersGoOn) {
@@ -398,8 +438,14 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   for (std::size_t at = machine.find("[[sensor]]"); at != std::string::npos; at = machine.find("[[sensor]]"))
     machine.erase(at, machine.find("\n[", at + 1) + 1 - at);
   toy.write("machine.toml", machine + tables);
-  const Result meshed = toy.run({"mesh", toy.path(), "--quiet"});
-  EXPECT_EQ(meshed.status, 0) << meshed.err;
+  // As the case's own they leave what was said of them, and less by the chiller's.
+  const Result again =
+      toy.run({"study", "sensors", toy.path(), "--spacing", "120", "--count", "2", "--json", "--quiet"});
+  ASSERT_EQ(again.status, 0) << again.err;
+  const json own = json::parse(again.out)["own"];
+  EXPECT_EQ(own["sensors"], summary["chosen"]["sensors"].get<int>() + 1);
+  EXPECT_LT(own["left_um"].get<double>(), 1.02 * summary["chosen"]["left_um"].get<double>());
+  EXPECT_GT(own["left_um"].get<double>(), 0.8 * summary["chosen"]["left_um"].get<double>());
   const Result wrong = toy.run({"study", "sensors", toy.path(), "--without", "swivell", "--quiet"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "nearest: swivel");

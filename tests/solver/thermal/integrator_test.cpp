@@ -269,4 +269,26 @@ TEST(ThermalIntegrator, AFirstGuessOfEarlierStepsSavesIterationsOnly) {
   EXPECT_EQ(with, resumed);
 }
 
+TEST(ThermalIntegrator, AFirstGuessThatNeedsOneIterationOrNoneIsAStepLikeAnother) {
+  // An exact factor: one iteration follows a guess, and none where the guess is near enough.
+  const Rig s;
+  for (const double tolerance : {1e-12, 1e-6}) {
+    const auto run = [&](int recycled) {
+      IntegratorOptions options;
+      options.tolerance = tolerance;
+      options.recycled = recycled;
+      ThermalIntegrator integrator(s.system, options);
+      Eigen::MatrixXd state = Eigen::MatrixXd::Zero(s.system.size, 1);
+      for (int step = 0; step < 60; ++step) integrator.advance(state, {s.coefficients(5, 1)}, 60.0);
+      return std::pair(state, integrator.statistics().iterations);
+    };
+    const auto [plain, of_plain] = run(0);
+    const auto [guessed, of_guessed] = run(6);
+    EXPECT_LT((guessed - plain).cwiseAbs().maxCoeff(), 100.0 * tolerance * plain.cwiseAbs().maxCoeff()) << tolerance;
+    if (tolerance > 1e-9) {
+      EXPECT_LT(of_guessed, 0.9 * of_plain) << tolerance;
+    }
+  }
+}
+
 }  // namespace thermotwin::solver

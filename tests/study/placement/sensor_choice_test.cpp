@@ -52,6 +52,13 @@ TEST(SensorChoice, LeavesWhatTheFormulaSays) {
   for (int i = 1; i <= 400; ++i) times.push_back(60.0 * i);
   const SensorChoice many({standing(1, times)}, parameters(1), row({1.0}), tcp, options);
   EXPECT_NEAR(many.left_um({0}), 2.0 * std::sqrt(0.16 / 1.16), 1e-3);
+
+  // Two poses: the mean of their squares.
+  MatrixXd poses = MatrixXd::Zero(6, 1);
+  poses(0, 0) = 2.0;
+  poses(4, 0) = 1.0;
+  const SensorChoice two({standing(1, {60.0})}, parameters(1), row({1.0}), poses, options);
+  EXPECT_NEAR(two.left_um({}), std::sqrt(0.5 * (4.0 + 1.0)), 1e-12);
 }
 
 TEST(SensorChoice, ForgetsWithTheMemoryOfAParameter) {
@@ -103,6 +110,10 @@ TEST(SensorChoice, SurvivesTheLossOfAnySensorWhereAsked) {
   const std::vector<int> start{0, 3, 4};
   EXPECT_NEAR(careful.left_after_loss_um(start), 3.0, 0.2);
   EXPECT_LT(careful.left_after_loss_um(careful.exchanged(start)), 1.1);
+  // With two sensors one of each is best, and the loss of one leaves all of theta_0.
+  const std::vector<int> each{0, 3};
+  EXPECT_NEAR(careless.left_after_loss_um(careless.exchanged(each)), 3.0, 0.2);
+  EXPECT_LT(careful.left_after_loss_um(careful.exchanged(each)), 1.1);
 }
 
 }  // namespace

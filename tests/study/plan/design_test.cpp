@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace thermotwin::study {
@@ -34,14 +35,17 @@ TEST(StudyDesign, CombinesSizesFixedValuesAndDraws) {
   std::set<std::string> names;
   for (const Group& group : design.groups) names.insert(group.name);
   EXPECT_EQ(names.size(), 6U);
+  std::set<double> fixed;
   for (std::size_t g = 0; g < 6; ++g) {
     const auto members = design.of_group(g), first = design.of_group(0);
     for (std::size_t i = 0; i < members.size(); ++i) {
       EXPECT_EQ(design.variants[members[i]].values[0], design.groups[g].fixed[0]);
+      fixed.insert(design.variants[members[i]].values[0]);
       // Every group has the same draws.
       EXPECT_EQ(design.variants[members[i]].values.tail(2), design.variants[first[i]].values.tail(2));
     }
   }
+  EXPECT_EQ(fixed, (std::set<double>{0.5, 1.0, 2.0}));
 }
 
 TEST(StudyDesign, ALatinHypercubeHasOneDrawInEachInterval) {
@@ -50,6 +54,12 @@ TEST(StudyDesign, ALatinHypercubeHasOneDrawInEachInterval) {
     std::vector<int> seen(50, 0);
     for (int i = 0; i < 50; ++i) ++seen[static_cast<int>(shares(i, d) * 50)];
     EXPECT_EQ(*std::min_element(seen.begin(), seen.end()), 1);
+  }
+  // Draws of two values have nothing to do with each other.
+  const Eigen::MatrixXd centred = shares.rowwise() - shares.colwise().mean();
+  for (int d = 0; d < 3; ++d) {
+    const Eigen::VectorXd a = centred.col(d), b = centred.col((d + 1) % 3);
+    EXPECT_LT(std::abs(a.dot(b)), 0.4 * a.norm() * b.norm()) << d;
   }
   EXPECT_EQ(drawn_shares(50, 3, 7, true), shares);
   EXPECT_NE(drawn_shares(50, 3, 8, true), shares);

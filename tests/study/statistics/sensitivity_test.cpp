@@ -104,6 +104,33 @@ TEST(Sensitivity, RegressionIntervalsHoldTheKnownShares) {
   EXPECT_LE(held, 0.98 * all) << all;
 }
 
+TEST(Sensitivity, AProductBelongsToTheTotalsOfBoth) {
+  // y = u0 + 3 u1 u2: variances 1/3 and 9/9.
+  const MatrixXd u = 2.0 * drawn_shares(120, 3, 5, true).array() - 1.0;
+  const VectorXd y = u.col(0) + 3.0 * u.col(1).cwiseProduct(u.col(2));
+  const Sensitivity found = by_regression(u, std::vector<Distribution>(3, Distribution::uniform(-1.0, 1.0)), y);
+  EXPECT_EQ(found.products, 1U);
+  EXPECT_LT(found.unexplained, 1e-3);
+  const double totals[] = {0.25, 0.75, 0.75}, firsts[] = {0.25, 0.0, 0.0};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(found.total[i].value, totals[i], 0.03) << i;
+    EXPECT_NEAR(found.first[i].value, firsts[i], 0.03) << i;
+  }
+}
+
+TEST(Sensitivity, NoiseDoesNotRaiseTheShares) {
+  // One value tells a tenth of the variance; the rest is noise that no value tells.
+  const std::vector<Distribution> distributions(2, Distribution::uniform(-1.0, 1.0));
+  constexpr int seeds = 200, samples = 30;
+  double mean = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const MatrixXd u = 2.0 * drawn_shares(samples, 3, seed, false).array() - 1.0;
+    const VectorXd y = u.col(0) + 3.0 * u.col(2);
+    mean += by_regression(u.leftCols(2), distributions, y).first[0].value / seeds;
+  }
+  EXPECT_NEAR(mean, 0.1, 0.03);
+}
+
 TEST(Sensitivity, OfManyOutputsIsThatOfTheirScores) {
   MatrixXd few = drawn_shares(40, 3, 3, false), spread = drawn_shares(3, 300, 4, false);
   const MatrixXd many = few * spread;

@@ -76,7 +76,8 @@ TEST_F(ArrayScript, PassesTheStatusOfBadInputOn) {
 }
 
 constexpr const char* waits =
-    "trap \"echo stopped > said; exit 130\" TERM\ntouch ready\nwhile true; do sleep 0.05; done\n";
+    "trap \"echo stopped > said; exit 130\" TERM\ntouch ready\n"
+    "for i in {1..200}; do sleep 0.05; done\necho not stopped > said\n";
 constexpr const char* until_ready = "bash array.sbatch & job=$!; while [ ! -e ready ]; do sleep 0.05; done; ";
 
 TEST_F(ArrayScript, BeforeTheTimeLimitItStopsTheProgramAndGoesBackToTheQueue) {
