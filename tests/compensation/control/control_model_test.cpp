@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "compensation/control/linear.h"
+#include "compensation/control/model_order.h"
 #include "compensation/control/outputs.h"
 #include "compensation/online/output_map.h"
 #include "core/error.h"
@@ -104,6 +105,16 @@ TEST(ControlModel, CapacityBecomesOne) {
   }
   EXPECT_LT(worst, 1e-5 * largest);
   EXPECT_GT(largest, 1.0);
+}
+
+TEST(ControlModel, ASmallerOrderStatesWhatItCosts) {
+  reduction::ReducedModel model = test::lumps_with_lines();
+  model.errors.emplace_back().rms_um = 0.1;
+  const Index order = model.system.order();
+  const reduction::ReducedModel small = model_of_order(model, order / 2);
+  EXPECT_EQ(small.system.order(), order / 2);
+  EXPECT_GT(small.errors.back().rms_um, 0.2) << "half of the lumps carry more than that";
+  EXPECT_EQ(model_of_order(model, 0).errors.back().rms_um, 0.1);
 }
 
 TEST(ControlModel, OptionsReachTheGuardAndBadOnesAreNamed) {
