@@ -171,6 +171,9 @@ std::string allowed_instead(const std::string& text, std::size_t line_number, co
   if (std::regex_search(line, found, comma))
     return fmt::format("a decimal point: {} = {}.{}", found[1].str(), found[2].str(), found[3].str());
   static const std::regex bare(R"(^\s*([\w.-]+)\s*=\s*([A-Za-z_][\w.-]*)\s*(#.*)?$)");
+  static const std::regex truth(R"(^\s*([\w.-]+)\s*=\s*(?:([Tt][Rr][Uu][Ee])|[Ff][Aa][Ll][Ss][Ee])\s*(#.*)?$)");
+  if (std::regex_search(line, found, truth))
+    return fmt::format("small letters: {} = {}", found[1].str(), found[2].matched ? "true" : "false");
   if (std::regex_search(line, found, bare))
     return fmt::format("a text in quotes: {} = \"{}\"", found[1].str(), found[2].str());
   static const std::regex header(R"(^\s*\[\s*([\w.-]+)\s*\]\s*(#.*)?$)");

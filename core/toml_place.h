@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace thermotwin::core {
 
@@ -14,7 +15,8 @@ std::string toml_place(const std::string& text, const std::string& source, const
 /// The same of a file, which may be gone.
 std::string toml_place(const std::filesystem::path& file, const std::string& table, const std::string& key);
 
-/// @return "channels.toml:12 channel 'T1'": the id of one of [[table]], with its line if the file has it
-std::string toml_place_of_id(const std::filesystem::path& file, const std::string& table, const std::string& id);
+/// @return for each id of [[table]] "channels.toml:12 channel 'T1'", without a line if the file does not have it
+std::vector<std::string> toml_places_of_ids(const std::filesystem::path& file, const std::string& table,
+                                            const std::vector<std::string>& ids);
 
 }  // namespace thermotwin::core

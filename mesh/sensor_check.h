@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Checks the points of sensors, scales and the TCP. A sensor reads the nearest point of its body, which is right beside a
-// faceted cylinder; a point far from the body is a mistake in a digit or in the body's id. A scale may stand off it.
+// Checks the points of sensors, scales and the TCP. A sensor reads the nearest point of its body, which is right beside
+// a faceted cylinder; a point far from the body is a mistake in a digit or in the body's id. A scale may stand off it.
 
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace thermotwin::mesh {
 /// @throws InputError for a sensor that lies further outside its body than the body's element size
 void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies);
 
-/// Warns of a tool or table point that lies far from the box of its body, or that reaches it when it is taken in metres.
+/// Warns of a tool or table point that lies far from the box of its body, or that reaches it when taken in metres.
 void check_tcp(const Machine& machine, const std::vector<TetMesh>& bodies);
 
 /// Warns of a scale whose tape or reading head is further from its body than a tenth of the body's diagonal.

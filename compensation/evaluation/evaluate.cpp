@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <set>
 
 #include "compensation/evaluation/reduced_models.h"
 #include "compensation/evaluation/result.h"
@@ -77,9 +78,20 @@ void add_rows(const std::vector<EvaluationRow>& rows, const Scorer& scorer, Eval
   }
 }
 
+/// Names of folders, with a number where an earlier one has the name: rows and files of two must not be taken for one.
+std::vector<std::string> names_of(const std::vector<Measurement>& folders, std::set<std::string>& known) {
+  std::vector<std::string> names;
+  for (const Measurement& folder : folders) {
+    const std::string own = std::filesystem::weakly_canonical(folder.folder).filename().string();
+    std::string name = own;
+    for (int i = 2; !known.insert(name).second; ++i) name = fmt::format("{}_{}", own, i);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
 /// Another folder is judged as a whole, or by its programs.
-std::vector<EvaluationSegment> segments_of_other(const Measurement& other, bool training) {
-  const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
+std::vector<EvaluationSegment> segments_of_other(const Measurement& other, const std::string& name, bool training) {
   std::vector<EvaluationSegment> segments;
   for (const Program& program : other.programs)
     segments.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
@@ -153,8 +165,12 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
   Scorer scorer(measurement, segments_of(measurement, own));
   std::vector<Scorer> other_scorers, training_scorers;
-  for (const Measurement& other : others) other_scorers.emplace_back(other, segments_of_other(other, false));
-  for (const Measurement& other : training_data) training_scorers.emplace_back(other, segments_of_other(other, true));
+  std::set<std::string> known;
+  const std::vector<std::string> names = names_of(others, known), training_names = names_of(training_data, known);
+  for (std::size_t i = 0; i < others.size(); ++i)
+    other_scorers.emplace_back(others[i], segments_of_other(others[i], names[i], false));
+  for (std::size_t i = 0; i < training_data.size(); ++i)
+    training_scorers.emplace_back(training_data[i], segments_of_other(training_data[i], training_names[i], true));
 
   Evaluation result;
   const TrainingRows rows = training_rows(scorer, training_scorers);
@@ -175,6 +191,9 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   for (const auto& [name, machine] : {std::pair{"reduced_model", model}, {"extended_model", options.extended}}) {
     score_machine(measurement, machine, name, scorer);
     for (std::size_t i = 0; i < others.size(); ++i) score_machine(others[i], machine, name, other_scorers[i]);
+    // A channel that no fit may use is judged in the training folders as well.
+    for (std::size_t i = 0; i < training_data.size() && !options.check.empty(); ++i)
+      score_machine(training_data[i], machine, name, training_scorers[i]);
   }
 
   result.predictions = scorer.predictions();
@@ -184,8 +203,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   result.training_hours = training_hours(scorer);
   result.inputs = scorer.data().input_values.cols();
   for (std::size_t i = 0; i < others.size(); ++i) {
-    result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(),
-                                          other_scorers[i].predictions());
+    result.other_predictions.emplace_back(names[i], other_scorers[i].predictions());
     add_rows(other_scorers[i].rows, scorer, result);
   }
   for (const Scorer& other : training_scorers) {

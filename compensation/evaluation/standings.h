@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The leaderboard of an evaluation. Every model is judged on the same rows: the displacements that no fit saw, or all of
-// them if nothing was held out. With b_c^2 and a_c^2, the mean squares of channel c before and after compensation,
+// The leaderboard of an evaluation. Every model is judged on the same rows: the displacements that no fit saw, or all
+// of them if nothing was held out. With b_c^2 and a_c^2, the mean squares of channel c before and after compensation,
 //   removed = 1 - sqrt(sum_c (l_c a_c)^2 / sum_c (l_c b_c)^2),
 // l_c = 1 for a displacement in um and 0.3 m for a rotation in um/m. A row or channel that a model does not predict
 // counts as not compensated.

@@ -21,12 +21,7 @@ namespace {
 
 using core::InputError;
 
-std::string place_of(const Measurement& measurement, const MeasuredChannel& channel) {
-  return core::toml_place_of_id(measurement.folder / "channels.toml", "channel", channel.id);
-}
-
-void check_sensor(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
-  const std::string place = place_of(measurement, channel);
+void check_sensor(const std::string& place, const MeasuredChannel& channel, const mesh::Machine& machine) {
   if (machine.sensor_index(channel.sensor) < 0) {
     std::vector<std::string> known;
     for (const mesh::SensorSpec& sensor : machine.sensors) known.push_back(sensor.id);
@@ -41,8 +36,7 @@ void check_sensor(const Measurement& measurement, const MeasuredChannel& channel
   }
 }
 
-void check_input(const Measurement& measurement, const MeasuredChannel& channel, const solver::Channels& channels) {
-  const std::string place = place_of(measurement, channel);
+void check_input(const std::string& place, const MeasuredChannel& channel, const solver::Channels& channels) {
   if (channels.index(channel.input) < 0) {
     throw InputError(place, "unknown input '" + channel.input + "'",
                      "a channel of the machine (nearest: " + core::nearest(channel.input, channels.names()) + ")");
@@ -59,8 +53,7 @@ std::string located(const std::string& quantity) {
   return located ? quantity.substr(2) : "";
 }
 
-void check_displacement(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
-  const std::string place = place_of(measurement, channel);
+void check_displacement(const std::string& place, const MeasuredChannel& channel, const mesh::Machine& machine) {
   static const std::vector<std::string> errors = {"dx", "dy", "dz", "ra", "rb", "rc"};
   const std::string axis = located(channel.quantity);
   if (axis.empty() && std::find(errors.begin(), errors.end(), channel.quantity) == errors.end()) {
@@ -100,15 +93,21 @@ std::vector<Eigen::Index> implausible_rows(const Measurement& measurement, const
 
 void require_fits(const Measurement& measurement, const mesh::Machine& machine) {
   const solver::Channels channels(machine);
-  for (const MeasuredChannel& channel : measurement.channels) {
+  std::vector<std::string> ids;
+  for (const MeasuredChannel& channel : measurement.channels) ids.push_back(channel.id);
+  const std::vector<std::string> places =
+      core::toml_places_of_ids(measurement.folder / "channels.toml", "channel", ids);
+  for (std::size_t k = 0; k < ids.size(); ++k) {
+    const MeasuredChannel& channel = measurement.channels[k];
+    const std::string& place = places[k];
     if (!channel.sensor.empty()) {
-      check_sensor(measurement, channel, machine);
+      check_sensor(place, channel, machine);
     } else if (!channel.input.empty()) {
-      check_input(measurement, channel, channels);
+      check_input(place, channel, channels);
     } else if (channel.kind == ChannelKind::displacement) {
-      check_displacement(measurement, channel, machine);
+      check_displacement(place, channel, machine);
     } else {
-      throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity",
+      throw InputError(place, "neither sensor nor input nor quantity",
                        "sensor, input or quantity: what the channel is on the machine");
     }
   }

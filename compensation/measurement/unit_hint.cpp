@@ -49,7 +49,7 @@ std::optional<UnitHint> fahrenheit(const ArrayXd& measured, const ArrayXd& predi
   const double stated = rms(measured - predicted), changed = rms(converted - predicted);
   // Degrees Celsius are left where both agree: -40.
   if (!(changed < 0.1 * stated) || changed > fahrenheit_off) return std::nullopt;
-  return UnitHint{fahrenheit_factor, "degrees Fahrenheit", stated, changed};
+  return UnitHint{fahrenheit_factor, "its numbers may be degrees Fahrenheit", stated, changed};
 }
 
 }  // namespace
@@ -92,18 +92,17 @@ std::optional<UnitHint> unit_hint(const MeasuredChannel& channel, const Eigen::V
 }
 
 std::string in_words(const UnitHint& hint, const MeasuredChannel& channel) {
-  const std::string unit = channel.kind == ChannelKind::temperature ? "K" : channel.unit;
   if (channel.kind == ChannelKind::temperature) {
     return fmt::format(
-        "Channel {}: its numbers may be degrees Fahrenheit, although channels.toml states degC. So converted they "
-        "differ from the simulation by {:.3g} K RMS, as stated by {:.3g} K.",
-        channel.id, hint.rms_changed, hint.rms_stated);
+        "Channel {}: {}, although channels.toml states degC. So converted they differ from the simulation by {:.3g} K "
+        "RMS, as stated by {:.3g} K.",
+        channel.id, hint.words, hint.rms_changed, hint.rms_stated);
   }
   return fmt::format(
       "Channel {}: {}. Recorded numbers of {:.4g} times the simulation fit: divided by this factor they differ from "
       "it by {:.3g} {} RMS, as stated by {:.3g} {}. Allowed: unit = \"{}\", error = tool minus table along the axes "
       "of the frame.",
-      channel.id, hint.words, hint.factor, hint.rms_changed, unit, hint.rms_stated, unit, channel.unit);
+      channel.id, hint.words, hint.factor, hint.rms_changed, channel.unit, hint.rms_stated, channel.unit, channel.unit);
 }
 
 }  // namespace thermotwin::compensation

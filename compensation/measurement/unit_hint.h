@@ -14,14 +14,15 @@ namespace thermotwin::compensation {
 
 struct UnitHint {
   double factor = 1;       ///< recorded numbers over those in the stated unit
-  std::string words;       ///< what the numbers may be: "mm", "its sign is reversed"
+  std::string words;       ///< "its numbers may be mm", "its sign may be reversed"
   double rms_stated = 0;   ///< of measured minus predicted about its mean, in the stated unit
   double rms_changed = 0;  ///< the same, with the numbers divided by the factor
 };
 
-/// Compares changes about the mean, since a probe may begin anywhere. A factor is offered if the fitted one lies between
-/// half and twice of it, the correlation is above 0.9 in size, the predicted RMS above three uncertainties, and no more
-/// than 0.75 of the residual is left. The wide limits allow for a cause that the model lacks. A temperature is compared in degrees Fahrenheit, with its offset.
+/// Compares changes about the mean, since a probe may begin anywhere. A factor is offered if the fitted one lies
+/// between half and twice of it, the correlation is above 0.9 in size, the predicted RMS above three uncertainties, and
+/// no more than 0.75 of the residual is left. The wide limits allow for a cause that the model lacks. A temperature is
+/// compared in degrees Fahrenheit, with its offset.
 /// @param measured, predicted  (rows) in the unit of the channel, NaN where missing
 std::optional<UnitHint> unit_hint(const MeasuredChannel& channel, const Eigen::VectorXd& measured,
                                   const Eigen::VectorXd& predicted);

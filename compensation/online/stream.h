@@ -30,11 +30,11 @@ struct StreamSummary {
 };
 
 /// Streams CSV rows from in to out, row by row, with constant memory. Columns are time_s, any channel, any
-/// `<sensor>_C`, and probe_dx_um, probe_dy_um, probe_dz_um. The last three are the TCP error probed at the row's pose; they are blank
-/// in most rows and take effect from the next row on. An unknown column is an InputError with the nearest known name. A
-/// line "# machine NAME HASH" before the header is compared with the model's machine. A cell that is unreadable, or that
-/// the machine cannot have (input_limits.h), counts as missing and is named in the row's status and on stderr. A row
-/// without a readable time, or with another number of cells, repeats the answer of the row before.
+/// `<sensor>_C`, and probe_dx_um, probe_dy_um, probe_dz_um. The last three are the TCP error probed at the row's pose;
+/// they are blank in most rows and take effect from the next row on. An unknown column is an InputError with the
+/// nearest known name. A line "# machine NAME HASH" before the header is compared with the model's machine. A cell that
+/// is unreadable, or that the machine cannot have (input_limits.h), counts as missing and is named in the row's status
+/// and on stderr. A row without a readable time, or with another number of cells, repeats the answer of the row before.
 /// @param after_row  is called after each row that could be read, with its answer; empty: nothing is
 /// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
 StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine, std::istream& in,

@@ -276,8 +276,8 @@ Index interval_at(double time, const Observations& grid) {
   return std::min(static_cast<Index>((time - grid.start) / grid.interval), grid.intervals - 1);
 }
 
-/// A coolant's return jumps within seconds when its pump starts or stops, and rows say only about when: means that touch
-/// a switch are left out. @param on  (rows) state of the pump
+/// A coolant's return jumps within seconds when its pump starts or stops, and rows say only about when: means that
+/// touch a switch are left out. @param on  (rows) state of the pump
 void leave_out_switches(const Eigen::VectorXd& time, const Eigen::VectorXd& on, const Observations& grid,
                         Eigen::VectorXd& values) {
   std::set<Index> touched;

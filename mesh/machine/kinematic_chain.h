@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // A kinematic chain in the notation of ISO 10791-1, "V [w C' B' b Y X Z (C1) t]", from the workpiece w over the bed b
-// to the tool t. Axes before b carry the workpiece, axes after it the tool. An axis in round brackets is a spindle, which
+// to the tool t. Axes before b carry the workpiece, axes after it the tool. An axis in round brackets is a spindle and
 // positions nothing. The first letter is optional and gives the spindle's direction, vertical (V) or horizontal (H).
 
 #include <Eigen/Core>

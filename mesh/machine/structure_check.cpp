@@ -107,7 +107,8 @@ void check_powers(const Draft& draft) {
       const PowerLaw& law = source.laws[i];
       if (law.power.empty()) continue;
       check(fmt::format("law[{}].power_W", i + 1),
-            source.scale.value * *std::max_element(law.power.begin(), law.power.end()));
+            source.scale.value * *std::max_element(law.power.begin(), law.power.end(),
+                                                   [](double a, double b) { return std::abs(a) < std::abs(b); }));
     }
   }
 }

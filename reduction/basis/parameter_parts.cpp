@@ -31,7 +31,7 @@ Eigen::MatrixXd table_remainder(const mesh::Machine& machine, const mesh::Pose& 
   return rest;
 }
 
-/// V_b^T E_bb V_b of bodies and volumes; a body's block of the capacity is its own, a volume is one state, the last ones.
+/// V_b^T E_bb V_b of bodies and volumes; a body's block of the capacity is its own, a volume is one of the last states.
 std::vector<Eigen::MatrixXd> capacities(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
   const mesh::MachineMesh& mesh = full.mesh;
   std::vector<Eigen::MatrixXd> all(mesh.bodies.size());

@@ -45,9 +45,9 @@ struct ReducedOutputs {
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
 };
 
-/// Contributions of each part of the machine to capacity and outputs. The capacity is a sum over bodies and volumes, and
-/// the output rows are sums over the expansions of bodies, tapes and screws, so both are affine in the material data of
-/// bodies:
+/// Contributions of each part of the machine to capacity and outputs. The capacity is a sum over bodies and volumes,
+/// and the output rows are sums over the expansions of bodies, tapes and screws, so both are affine in the material
+/// data of bodies:
 ///   E = E_0 + sum_b (c_b / c_b0 - 1) E_b,   C = C_0 + sum_b (a_b / a_b0 - 1) C_b.
 /// With a joint's stiffness k (normal and tangential alike) the rows change by C' ((k / k0)^n - 1) / n, where C' is the
 /// derivative with respect to ln k. The exponent n of a joint fits the second derivative where the joint acts most: -1

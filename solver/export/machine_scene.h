@@ -24,7 +24,7 @@ struct KeyPoses {
   std::vector<mesh::Pose> poses;
   Eigen::MatrixXd weights;  ///< (poses of the grid x key poses), rows add up to one
 };
-/// Corners in at most three axes that the grid moves, the linear ones first; other axes in the middle of their positions.
+/// Corners in at most three axes that the grid moves, the linear ones first; other axes in mid-position.
 KeyPoses key_poses(const mesh::Machine& machine, const std::vector<mesh::Pose>& grid);
 
 struct SceneLoad {

@@ -21,8 +21,8 @@ struct IntegratorOptions {
   bool keep_mean = false;       ///< for a HeatBalance
   bool backward_euler = false;  ///< first order instead, for comparison and for virtual machines
   double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
-  /// Earlier solutions that a first guess is made of while coefficients stand, of each load; 0: none. For wide blocks of
-  /// loads, each with coefficients of its own.
+  /// Earlier solutions that a first guess is made of while coefficients stand, of each load; 0: none. For wide blocks
+  /// of loads, each with coefficients of its own.
   int recycled = 0;
   void validate() const;  ///< @throws InputError
 };

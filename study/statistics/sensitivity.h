@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// First-order and total sensitivities (Sobol 1993) of many outputs together: the variance is the sum of the variances of
-// all outputs (Lamboni, Monod and Makowski 2011), so that directions, poses and times count by their size in um^2.
+// First-order and total sensitivities (Sobol 1993) of many outputs together: the variance is the sum of the variances
+// of all outputs (Lamboni, Monod and Makowski 2011), so that directions, poses and times count by their size in um^2.
 //
 // pick_freeze: estimators of Saltelli et al. (2010) for the first order and of Jansen (1999) for the total.
 // by_regression: polynomials of degree 2 in each parameter, with the products of the parameters that matter most,

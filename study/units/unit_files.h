@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The files of a unit: units/<id>/tcp_<variant>.csv and sensors_<variant>.csv for each of its variants, and `done`, which
-// is written last and holds a hash of the tables. A unit whose tables were changed afterwards is computed again.
+// The files of a unit: units/<id>/tcp_<variant>.csv and sensors_<variant>.csv for each of its variants, and `done`,
+// which is written last and holds a hash of the tables. A unit whose tables were changed afterwards is computed again.
 
 #include <filesystem>
 #include <vector>

@@ -2,8 +2,8 @@
 #pragma once
 // Computes units of a study. On the full model all variants of a unit are columns of one block: they share mesh, one
 // factor as preconditioner, the output rows and each pass over the matrices; every variant is iterated to its own
-// residual, so the result is that of separate runs to the tolerance of the iteration. On a reduced model each variant is
-// a run of its own, and material data and stiffnesses act through the model's parts.
+// residual, so the result is that of separate runs to the tolerance of the iteration. On a reduced model each variant
+// is a run of its own, and material data and stiffnesses act through the model's parts.
 
 #include <filesystem>
 #include <memory>

@@ -31,5 +31,6 @@ first = np.linalg.solve(implicit, E @ x + heat)
 start = x + (1 - gamma) / gamma * (first - x)
 x = np.linalg.solve(implicit, E @ start + heat)
 
-print(json.dumps({"format": str(head["format"]), "version": int(head["version"]), "order": int(head["order"]), "checksums": bool(checksums),
+print(json.dumps({"format": str(head["format"]), "version": int(head["version"]), "order": int(head["order"]),
+                  "checksums": bool(checksums),
                   "sensors_K": (sensors @ x).tolist(), "tool_um": (1e6 * tool @ x).tolist()}))

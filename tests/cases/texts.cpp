@@ -149,7 +149,8 @@ std::vector<Passage> paragraphs_of(const std::string& markdown, const std::strin
     current = Passage(file);
   };
   std::istringstream lines(markdown);
-  bool in_code = false, in_comment = false;
+  bool in_code = false, in_comment = false, in_formula = false;
+  bool parted = false, after_formula = false;  // by a blank line; the last text was a displayed formula
   long number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
@@ -164,9 +165,27 @@ std::vector<Passage> paragraphs_of(const std::string& markdown, const std::strin
       in_comment = in_comment && line.find("-->") == std::string::npos;
       continue;
     }
+    if (in_formula) {
+      in_formula = line.find("$$") == std::string::npos;
+      continue;
+    }
+    if (indent == line.size()) {
+      parted = true;
+      continue;
+    }
+    // A sentence goes on over a displayed formula, which is a word of it.
+    if (line.compare(indent, 2, "$$") == 0) {
+      in_formula = line.find("$$", indent + 2) == std::string::npos;
+      current.append(" X ", number);
+      parted = false;
+      after_formula = true;
+      continue;
+    }
     const bool row = line.compare(indent, 1, "|") == 0, heading = line.starts_with("#");
-    if (indent == line.size() || row || heading || begins_item(line)) end();
-    if (indent == line.size() || (indent >= 4 && current.text.empty() && !begins_item(line))) continue;
+    const bool goes_on = after_formula && std::islower(static_cast<unsigned char>(line[indent])) != 0;
+    if ((parted && !goes_on) || row || heading || begins_item(line)) end();
+    parted = after_formula = false;
+    if (indent >= 4 && current.text.empty() && !begins_item(line)) continue;
     current.is_table_row = row;
     current.append(plain(line) + "\n", number);
     if (row || heading) end();
@@ -195,6 +214,18 @@ std::vector<CodeBlock> code_blocks_of(const std::string& markdown) {
   return blocks;
 }
 
+namespace {
+
+/// @param text  up to a point
+bool ends_abbreviation(std::string_view text) {
+  static const std::vector<std::string_view> all = {"al.", "Fig.", "Figs.", "Eq.", "Doc.", "No.", "e.g.", "cf."};
+  return std::any_of(all.begin(), all.end(), [&](std::string_view word) {
+    return text.ends_with(word) && (text.size() == word.size() || !is_word(text[text.size() - word.size() - 1]));
+  });
+}
+
+}  // namespace
+
 std::vector<std::pair<std::size_t, std::size_t>> sentences_of(const std::string& text) {
   std::vector<std::pair<std::size_t, std::size_t>> sentences;
   std::size_t begin = 0;
@@ -213,6 +244,7 @@ std::vector<std::pair<std::size_t, std::size_t>> sentences_of(const std::string&
     }
     if (std::string_view(".!?").find(text[i]) == std::string_view::npos) continue;
     std::size_t after = i + 1;
+    if (ends_abbreviation(std::string_view(text).substr(begin, i + 1 - begin))) continue;
     while (after < text.size() && std::string_view("\"')]*_").find(text[after]) != std::string_view::npos) ++after;
     if (after < text.size() && text[after] == ' ' && after + 1 < text.size() &&
         std::islower(static_cast<unsigned char>(text[after + 1])) == 0)

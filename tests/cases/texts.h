@@ -47,8 +47,8 @@ std::vector<std::filesystem::path> files_with(const std::string& extension);
 /// styles and scripts, and names of includes are left out, and tags of HTML end a sentence.
 std::vector<Passage> literals_of(const std::string& source, const std::string& file);
 
-/// Paragraphs, headings, list items and rows of tables, without code blocks, comments and addresses of links; inline
-/// code counts as a word.
+/// Paragraphs, headings, list items and rows of tables, without code blocks, comments and addresses of links. Inline
+/// code and a displayed formula count as a word; a paragraph goes on after a formula with a small letter.
 std::vector<Passage> paragraphs_of(const std::string& markdown, const std::string& file);
 
 std::vector<CodeBlock> code_blocks_of(const std::string& markdown);

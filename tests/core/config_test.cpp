@@ -192,6 +192,15 @@ TEST(Config, BrokenFilesSayLineAndColumn) {
   expect_holds(problem("a = \"ä\" # ä\nb = ä\n"), {"machine.toml:2:5", "0xc3", "quotes"});
 }
 
+TEST(Config, LinesThatAreNoTomlSayWhatIsMeant) {
+  const auto problem = [](const std::string& text) { return message_of<InputError>([&] { config_of(text); }); };
+  expect_holds(problem("a = 0,26 # x\n"), {"machine.toml:1:", "a decimal point: a = 0.26"});
+  expect_holds(problem("b = 1\na = steel\n"), {"machine.toml:2:", "a text in quotes: a = \"steel\""});
+  expect_holds(problem("a = True\n"), {"small letters: a = true"});
+  expect_holds(problem("[a]\nb = 1\n[a]\nb = 2\n"), {"machine.toml:3:", "of several ones [[a]] each"});
+  expect_holds(problem("a = 1,2,3\n"), {"TOML 1.0"});
+}
+
 TEST(Config, LoadsAFileAndKeepsItsText) {
   const TemporaryFolder folder;
   write_file(folder / "case.toml", "schema = 1\n");

@@ -32,5 +32,11 @@ TEST(Range, ComplaintNamesFieldValueAndRange) {
   }
 }
 
+TEST(Range, BoundsAreWrittenWithoutTheSlackOfRounding) {
+  EXPECT_EQ(phrase({-60.0000002, 120.0000003}), "a number from -60 to 120");
+  EXPECT_EQ(phrase({-1e-7, 1e-7}), "a number from 0 to 1e-07");
+  EXPECT_EQ(phrase({0.00012, 1.5e-5}), "a number from 0.00012 to 1.5e-05");
+}
+
 }  // namespace
 }  // namespace thermotwin::core

@@ -1,6 +1,7 @@
 component thermotwin_guard "Guard of thermal offsets: limit, rate, heartbeat, hold, return to zero";
 description """
-Stands between offsets that a program computes and the external offsets of the axes. Pins of one number belong to one axis.
+Stands between offsets that a program computes and the external offsets of the axes. Pins of one number belong to one
+axis.
 Offsets follow what is wanted within
 .B limit-um
 and
@@ -9,7 +10,8 @@ while
 .B heartbeat
 changes. Beyond this rate they may change by
 .B slope-um-N
-for each unit that axis N moves, as an error changes over the workspace. A heartbeat that stands is a program that is gone: offsets are held for
+for each unit that axis N moves, as an error changes over the workspace. A heartbeat that stands is a
+program that is gone: offsets are held for
 .B hold-s
 seconds, then return to zero at
 .B return-um-s.
@@ -68,7 +70,8 @@ static double clamped(double value, double low, double high) {
 /* A parameter that is no number, or negative, moves nothing. */
 static double positive(double value) { return value > 0 ? value : 0; }
 
-/* What the axes' motion allows. The model answers a few periods later: what it allows is kept for a tenth of a second. */
+/* What the axes' motion allows. The model answers a few periods later: what it allows is kept for a tenth of a
+ * second. */
 static double motion_um(struct __comp_state* __comp_inst, double dt) {
   int i;
   room_um *= dt < kept_s ? 1 - dt / kept_s : 0;

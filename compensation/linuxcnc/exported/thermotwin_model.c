@@ -3,11 +3,11 @@
  *
  *   thermotwin_model STATE [SECONDS]
  *
- * The state is written whole, by renaming a new file. STATE is flushed to the disk every SECONDS (10) of machine time; the
- * one before stays as STATE.old. STATE.live is written every second and not flushed: it outlives the process, though not
- * a power cut. A start goes on from the latest of them that is whole, else cold. Where the pins are others than before,
- * the power was off: that time is computed with the machine off. Where they are the same, the model alone was gone, and
- * the last row holds. A second process on the same STATE is refused. */
+ * The state is written whole, by renaming a new file. STATE is flushed to the disk every SECONDS (10) of machine time;
+ * the one before stays as STATE.old. STATE.live is written every second and not flushed: it outlives the process,
+ * though not a power cut. A start goes on from the latest of them that is whole, else cold. Where the pins are others
+ * than before, the power was off: that time is computed with the machine off. Where they are the same, the model alone
+ * was gone, and the last row holds. A second process on the same STATE is refused. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <fcntl.h>

@@ -5,8 +5,8 @@
  *   thermotwin_pins --model PROGRAM --state FILE [--name thermotwin] [--period-ms 10] [--mm-per-unit 1]
  *
  * Inputs: a pin for each channel of the model, in the channel's unit; positions of linear axes in the machine's unit.
- * A float pin that nothing is linked to is not given. Feeds follow from the positions. A pin for each temperature sensor,
- * degC. Outputs: offset-X-um and so on, and their standard deviations;
+ * A float pin that nothing is linked to is not given. Feeds follow from the positions. A pin for each temperature
+ * sensor, degC. Outputs: offset-X-um and so on, and their standard deviations;
  * heartbeat, which changes with every valid answer; status (twin.h), model-is-up, restarts, and the time from reading
  * the inputs to setting the offsets. */
 #define _POSIX_C_SOURCE 200809L

@@ -287,6 +287,25 @@ TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
   }
 }
 
+TEST(Evaluate, AReducedModelIsJudgedOnAWithheldChannelOfTrainingFolders) {
+  const reduction::ReducedModel model = test::lumped_model();
+  const test::Truth truth =
+      test::run_truth(model.machine, model, 60.0, 5, 10 * 3600.0, {mesh::parse_pose(model.machine, "", "test")});
+  const Measurement measurement = measured(model, truth, {""});
+  Measurement training = measurement;
+  training.folder = "training";
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  options.check = {"dz@1"};
+  const Evaluation evaluation = evaluate(measurement, &model, options, {}, {training});
+  for (const Standing& standing : evaluation.leaderboard) {
+    if (standing.model == "reduced_model") {
+      EXPECT_EQ(standing.predicted_percent, 100.0);
+      EXPECT_GT(standing.reduction_percent, 95.0);
+    }
+  }
+}
+
 TEST(Evaluate, AnExtendedModelIsJudgedBesideTheNominalOne) {
   const reduction::ReducedModel nominal = test::lumped_model();
   reduction::ReducedModel right = nominal;

@@ -66,5 +66,26 @@ TEST(EvaluateRecords, AChannelThatStaysSpoilsNoStanding) {
   EXPECT_GT(evaluation.leaderboard.front().reduction_percent, 99.0);
 }
 
+// Two folders of one name are two: neither hides the other, nor is one held out because the other trains.
+TEST(EvaluateRecords, FoldersOfOneNameAreJudgedEach) {
+  const Measurement all = record(600);
+  Measurement twice = all, wrong = all;
+  twice.folder = "one/record";
+  wrong.folder = "two/record";
+  wrong.data.values.col(3) *= -1.0;
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  const auto removed = [&](const std::vector<Measurement>& others, const std::vector<Measurement>& training) {
+    return evaluate(all, nullptr, options, others, training).leaderboard.front().reduction_percent;
+  };
+  const Evaluation both = evaluate(all, nullptr, options, {twice, wrong});
+  ASSERT_EQ(both.other_predictions.size(), 2U);
+  EXPECT_EQ(both.other_predictions[0].first, "record");
+  EXPECT_EQ(both.other_predictions[1].first, "record_2");
+  EXPECT_NEAR(removed({twice, wrong}, {}), removed({wrong, twice}, {}), 1e-9);
+  EXPECT_LT(removed({twice, wrong}, {}), removed({twice}, {}) - 10.0);
+  EXPECT_LT(removed({wrong}, {twice}), removed({}, {twice}) - 10.0);
+}
+
 }  // namespace
 }  // namespace thermotwin::compensation

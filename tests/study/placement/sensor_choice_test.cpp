@@ -66,8 +66,8 @@ TEST(SensorChoice, ForgetsWithTheMemoryOfAParameter) {
 }
 
 TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
-  // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places 0
-  // and 1 together tell all.
+  // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places
+  // 0 and 1 together tell all.
   MatrixXd tcp = MatrixXd::Zero(3, 3);
   tcp(0, 0) = tcp(0, 1) = 1.0;
   MatrixXd places(4, 3);
@@ -77,7 +77,7 @@ TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
   options.bias_K = 0.0;
   const SensorChoice choice({standing(3, {60.0})}, parameters(3), places, tcp, options);
   EXPECT_EQ(choice.greedy(1), std::vector<int>{2});
-  const std::vector<int> greedy = choice.greedy(2), mended = choice.chosen(2);
+  const std::vector<int> greedy = choice.greedy(2), mended = choice.chosen(greedy);
   EXPECT_LT(choice.left_um(mended), choice.left_um(greedy));
   // No pair is better.
   double best = std::numeric_limits<double>::infinity();
