@@ -145,8 +145,8 @@ TEST(SensorMonitor, ReadingsWithoutScatterMayRepeat) {
   }
 }
 
-// Beside quick rows: the observer learns while coarse digits repeat, and what it expects follows a step of an input up to
-// a minute and a half late, then at once.
+// Beside quick rows: the observer learns while coarse digits repeat, and what it expects follows a step of an input up
+// to a minute and a half late, then at once.
 TEST(SensorMonitor, ExpectedReadingsThatLearnOrFollowLateBlameNoSensor) {
   const auto warm = [](double t) { return t > 1800.0 ? 12.0 * (1.0 - std::exp((1800.0 - t) / 400.0)) : 0.0; };
   test::Uniform random(11);
