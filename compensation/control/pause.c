@@ -11,7 +11,6 @@ void tt_twin_pass_pause(tt_twin* t, double until) {
   for (int k = 0; k < m->channels; ++k)
     off[k] = m->channel_state[k] ? 0.0 : m->channel_temperature[k] ? tt_nan() : m->channel_default[k];
   for (int a = 0; a < m->axes; ++a) off[m->axis_position[a]] = tt_nan();
-  if (m->machine_on >= 0) off[m->machine_on] = 0.0;
   tt_twin_row(t, time + first_s, off, NULL); /* what held before ends here */
   for (time += pause_step_s; time < until - first_s; time += pause_step_s) tt_twin_row(t, time, off, NULL);
 }

@@ -13,7 +13,8 @@ static const double memory_s = 600.0;                    /* of the usual differe
 static const double leap_factor = 12.0, scatter = 4.0, turning = 3.5, moved = 5.0, same = 0.1;
 static const double unsure_factor = 3.0; /* deviations of how fast an expected reading changes */
 static const double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
-static const double confirm_s = 30.0; /* that a leap has to stay */
+static const double confirm_s = 30.0;              /* that a leap has to stay */
+static const double quick_s = 30.0, late_s = 90.0; /* how late the expected reading follows rows that come quicker */
 static const double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12,
                     lifeless_s = 300.0;     /* of one that scatters */
 static const double least_scatter = 0.05;   /* of readings whose repeating says anything, over their deviation */
@@ -57,6 +58,7 @@ void tt_monitor_correct(tt_monitor* monitor, const double* change) {
     w->last_difference -= change[s];
     w->last_expected += change[s];
     w->expected_memory += change[s];
+    w->same_learnt += change[s];
     if (!w->from_start) w->usual -= change[s];
     for (int i = 0; i < w->recent_count; ++i) sample(w, i)->difference -= change[s];
   }
@@ -93,7 +95,9 @@ static int stands_apart(tt_watched* w, const judged* now) {
   const double deviation = now->deviation;
   const double sigma = deviation + model_share * fabs(now->expected - w->expected_memory) +
                        now->unsure_K_s * tt_max(memory_s, 4.0 * now->interval);
-  const double jump = fabs(now->reading - now->expected - w->last_difference);
+  /* An expected reading that jumps alone has followed late. */
+  const double jump =
+      tt_min(fabs(now->reading - now->expected - w->last_difference), fabs(now->reading - w->last_reading));
   if (!w->leapt && jump > leap_factor * deviation + tt_max(model_share * now->step, now->unknown)) {
     w->leapt = 1;
     w->leapt_at = now->time;
@@ -124,10 +128,13 @@ static int is_stuck(tt_watched* w, const judged* now) {
       w->repeats += w->same_count - 1;
     }
     w->same_value = now->reading;
-    w->same_expected = now->expected;
-    w->same_unsure = 0.0;
     w->same_count = 1;
     w->same_since = now->time;
+    w->held = 0;
+  }
+  if (w->same_count == 1 || (now->interval < quick_s && now->time - w->same_since < late_s)) {
+    w->same_expected = now->expected;
+    w->same_unsure = w->same_learnt = 0.0;
   }
   w->same_unsure += now->unsure;
   /* What the observer expects follows a stuck sensor for a while; that readings no longer scatter tells sooner.
@@ -137,25 +144,30 @@ static int is_stuck(tt_watched* w, const judged* now) {
       w->readings >= known_readings && chance <= most_repeats && now->time - w->same_since >= lifeless_s &&
       (w->same_count - 1) * tt_log(chance) <= tt_log(by_chance) && scatter_K(w) > least_scatter * now->deviation;
   const double enough = tt_max(moved * now->deviation, 1.5 * w->smallest_step) + w->same_unsure;
-  /* Once stuck, agreeing by chance is no sign of life. */
-  return w->same_count >= 3 &&
-         (w->fault == TT_SENSOR_STUCK || lifeless || fabs(now->expected - w->same_expected) > enough);
+  const double since = now->expected - w->same_expected;
+  const int has_moved = tt_min(fabs(since), fabs(since - w->same_learnt)) > enough;
+  /* Once stuck, agreeing by chance is no sign of life; another reading is. */
+  w->held = w->held || (w->same_count >= 3 && (lifeless || has_moved));
+  return w->held;
 }
 
-/* Noise turns from reading to reading; what the model gets wrong runs on, so that the second difference has none of it.
- * A leap makes two of them large, noise most. */
+/* Noise turns from reading to reading; what the model gets wrong runs on, so that the second difference has none of it,
+ * and what the model does at once is not in the reading. A leap makes two of them large, noise most. */
 static int is_noisy(tt_watched* w, const judged* now) {
   const double value = now->reading - now->expected;
   double bend = 0.0;
-  if (w->recent_count >= 2)
-    bend = value - 2.0 * sample(w, w->recent_count - 1)->difference + sample(w, w->recent_count - 2)->difference;
-  const tt_recent_sample last = {now->time, value};
-  *sample(w, w->recent_count) = last;
+  if (w->recent_count >= 2) {
+    const tt_recent_sample *last = sample(w, w->recent_count - 1), *other = sample(w, w->recent_count - 2);
+    bend = tt_min(fabs(value - 2.0 * last->difference + other->difference),
+                  fabs(now->reading - 2.0 * last->reading + other->reading));
+  }
+  const tt_recent_sample present = {now->time, value, now->reading};
+  *sample(w, w->recent_count) = present;
   w->far[(w->recent_first + w->recent_count) % tt_recent] =
-      fabs(bend) > turning * root_six * now->deviation + now->unknown + w->last_unknown;
+      bend > turning * root_six * now->deviation + now->unknown + w->last_unknown;
   ++w->recent_count;
   if (!now->inputs_leapt && w->same_count == 1 && w->recent_count > 2) {
-    w->turns[w->turn_next] = fabs(bend);
+    w->turns[w->turn_next] = bend;
     w->turn_next = (w->turn_next + 1) % tt_turns;
     if (w->turn_count < tt_turns) ++w->turn_count;
   }

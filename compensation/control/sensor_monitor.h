@@ -13,7 +13,7 @@ extern "C" {
 enum { tt_recent = 65, tt_turns = 63 }; /* samples kept of a sensor */
 
 typedef struct tt_recent_sample {
-  double time, difference;
+  double time, difference, reading;
 } tt_recent_sample;
 
 /* What is known of one sensor; values only. */
@@ -22,7 +22,7 @@ typedef struct tt_watched {
   double usual; /* slow part of reading - expected; stands after a leap */
   double last_difference, last_expected, last_unknown;
   double expected_memory; /* slow part of the expected reading */
-  double same_value, same_expected, same_unsure, same_since;
+  double same_value, same_expected, same_unsure, same_learnt, same_since;
   double readings, repeats; /* in runs that have ended: how often readings repeat by chance */
   double smallest_step;     /* of the reading's digits, where it has coarse ones */
   double leapt_at, leap, agreed_since;
@@ -32,6 +32,7 @@ typedef struct tt_watched {
   int32_t recent_first, recent_count, turn_count, turn_next;
   int32_t fault, trusted, known, leapt, from_start, same_count;
   int32_t explained; /* its first reading, by the others, however large */
+  int32_t held;      /* the present run of equal readings was found stuck */
 } tt_watched;
 
 typedef struct tt_monitor {

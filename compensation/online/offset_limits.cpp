@@ -43,7 +43,9 @@ std::vector<VectorXd> worked_states(const reduction::ReducedModel& model) {
   std::vector<VectorXd> states;
   for (const reduction::OperatingPoint& point : reduction::operating_points(operating)) {
     MatrixXd matrix = system.conduction + system.capacity / worked_s;
-    for (Index j = 0; j < point.c.p.size(); ++j) matrix += point.c.p[j] * system.terms[j];
+    for (Index j = 0; j < point.c.p.size(); ++j) {
+      if (point.c.p[j] != 0.0) matrix += point.c.p[j] * system.terms[j];
+    }
     states.push_back(matrix.partialPivLu().solve(system.inputs * point.c.q));
   }
   return states;

@@ -18,7 +18,8 @@ constexpr double memory_s = 600.0;                     ///< of the usual differe
 constexpr double leap_factor = 12.0, scatter = 4.0, turning = 3.5, moved = 5.0, same = 0.1;
 constexpr double unsure_factor = 3.0;  ///< deviations of how fast an expected reading changes
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
-constexpr double confirm_s = 30.0;  ///< that a leap has to stay
+constexpr double confirm_s = 30.0;               ///< that a leap has to stay
+constexpr double quick_s = 30.0, late_s = 90.0;  ///< how late the expected reading follows rows that come quicker
 constexpr double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12,
                  lifeless_s = 300.0;      ///< of one that scatters
 constexpr double least_scatter = 0.05;    ///< of readings whose repeating says anything, over their deviation
@@ -60,6 +61,7 @@ void SensorMonitor::correct(const Eigen::VectorXd& change) {
     sensor.last_difference -= change[s];
     sensor.last_expected += change[s];
     sensor.expected_memory += change[s];
+    sensor.same_learnt += change[s];
     if (!sensor.from_start) sensor.usual -= change[s];
     for (Sample& sample : sensor.recent) sample.difference -= change[s];
   }
@@ -117,7 +119,9 @@ bool SensorMonitor::Sensor::stands_apart(const Judged& now) {
   const double expected = now.row.expected, deviation = now.deviation;
   const double sigma = deviation + model_share * std::abs(expected - expected_memory) +
                        now.row.unsure_K_s * std::max(memory_s, 4.0 * now.interval);
-  const double jump = std::abs(now.reading - expected - last_difference);
+  // An expected reading that jumps alone has followed late.
+  const double jump =
+      std::min(std::abs(now.reading - expected - last_difference), std::abs(now.reading - last_reading));
   if (!leapt && jump > leap_factor * deviation + std::max(model_share * now.step, now.unknown)) {
     leapt = true;
     leapt_at = now.row.time;
@@ -153,10 +157,13 @@ bool SensorMonitor::Sensor::is_stuck(const Judged& now) {
       repeats += same_count - 1;
     }
     same_value = now.reading;
-    same_expected = now.row.expected;
-    same_unsure = 0.0;
     same_count = 1;
     same_since = now.row.time;
+    held = false;
+  }
+  if (same_count == 1 || (now.interval < quick_s && now.row.time - same_since < late_s)) {
+    same_expected = now.row.expected;
+    same_unsure = same_learnt = 0.0;
   }
   same_unsure += now.unsure;
   // What the observer expects follows a stuck sensor for a while; that readings no longer scatter tells sooner.
@@ -166,22 +173,27 @@ bool SensorMonitor::Sensor::is_stuck(const Judged& now) {
       readings >= known_readings && chance <= most_repeats && now.row.time - same_since >= lifeless_s &&
       (same_count - 1) * std::log(chance) <= std::log(by_chance) && scatter_K() > least_scatter * now.deviation;
   const double enough = std::max(moved * now.deviation, 1.5 * smallest_step) + same_unsure;
-  // Once stuck, agreeing by chance is no sign of life.
-  return same_count >= 3 &&
-         (fault == SensorFault::stuck || lifeless || std::abs(now.row.expected - same_expected) > enough);
+  const double since = now.row.expected - same_expected;
+  const bool has_moved = std::min(std::abs(since), std::abs(since - same_learnt)) > enough;
+  // Once stuck, agreeing by chance is no sign of life; another reading is.
+  held = held || (same_count >= 3 && (lifeless || has_moved));
+  return held;
 }
 
 /// Noise turns from reading to reading; what the model gets wrong runs on, so that the second
-/// difference has none of it. A leap makes two of them large, noise most.
+/// difference has none of it, and what the model does at once is not in the reading. A leap makes two of them large,
+/// noise most.
 bool SensorMonitor::Sensor::is_noisy(const Judged& now) {
   const double time = now.row.time, value = now.reading - now.row.expected;
   double bend = 0.0;
-  if (const std::size_t n = recent.size(); n >= 2)
-    bend = value - 2.0 * recent[n - 1].difference + recent[n - 2].difference;
+  if (const std::size_t n = recent.size(); n >= 2) {
+    const Sample &last = recent[n - 1], &other = recent[n - 2];
+    bend = std::min(std::abs(value - 2.0 * last.difference + other.difference),
+                    std::abs(now.reading - 2.0 * last.reading + other.reading));
+  }
   recent.push_back(
-      {time, value, std::abs(bend) > turning * std::sqrt(6.0) * now.deviation + now.unknown + last_unknown});
-  if (!now.row.inputs_leapt && same_count == 1 && recent.size() > 2)
-    turns[turn_count++ % turns.size()] = std::abs(bend);
+      {time, value, now.reading, bend > turning * std::sqrt(6.0) * now.deviation + now.unknown + last_unknown});
+  if (!now.row.inputs_leapt && same_count == 1 && recent.size() > 2) turns[turn_count++ % turns.size()] = bend;
   last_unknown = now.unknown;
   while (recent.size() > most_samples || time - recent.front().time > std::max(window_s, window_rows * now.interval))
     recent.pop_front();

@@ -4,12 +4,15 @@
 // with the observer's expectation. The slow part of the difference is model error and is tracked; a jump from one
 // reading to the next is attributed to the sensor:
 // - absent: no reading for five minutes, after there was one;
-// - stuck: the same reading (to a tenth of its standard deviation) while the expected one has changed by 5 sigma; or
-//   the same reading for five minutes, more often in a row than its own scatter allows by chance (1e-12). Readings of a
-//   simulation, or of a filter, hardly scatter and may repeat as long as the machine stands still;
-// - offset: the difference jumps by more than 12 sigma and stays there, or exceeds 1 K from the start and is far larger
-//   than that of the other sensors;
-// - noise: second differences beyond 3.5 of their standard deviations in quick succession.
+// - stuck: the same reading (to a tenth of its standard deviation) while the expected one has changed by 5 sigma, with
+//   and without what the observer has learnt meanwhile; or the same reading for five minutes, more often in a row than
+//   its own scatter allows by chance (1e-12). Readings of a simulation, or of a filter, hardly scatter and may repeat
+//   as long as the machine stands still. Expected readings follow quick rows (less than 30 s apart) up to 90 s late;
+//   what they do until then does not count;
+// - offset: the reading, and its difference from the expected one, jump by more than 12 sigma and stay there, or the
+//   difference exceeds 1 K from the start and is far larger than that of the other sensors;
+// - noise: second differences of the reading, and of its difference from the expected one, beyond 3.5 of their standard
+//   deviations in quick succession.
 // Readings after a jump are withheld at once, before the fault is named. sigma is the sensor's stated standard
 // deviation, at least 0.03 K, plus a tenth of the change of the expected reading, because model errors are largest
 // during changes. If an input has jumped since the row before, jumps and noise have to exceed the whole change of the
@@ -51,7 +54,7 @@ public:
 
 private:
   struct Sample {
-    double time, difference;
+    double time, difference, reading;
     bool far;
   };
   /// The expectation of a sensor at one row.
@@ -76,9 +79,11 @@ private:
     double seen_at = 0, last_reading = 0;
     double usual = 0;  ///< slow part of reading - expected; stands after a leap
     double last_difference = 0, last_expected = 0, last_unknown = 0;
-    double expected_memory = 0;                                 ///< slow part of the expected reading
-    double same_value = 0, same_expected = 0, same_unsure = 0;  ///< same_unsure: K, of what it moved since
+    double expected_memory = 0;                ///< slow part of the expected reading
+    double same_value = 0, same_expected = 0;  ///< of the present run of equal readings
+    double same_unsure = 0, same_learnt = 0;   ///< K, of what the expected reading moved since
     int same_count = 0;
+    bool held = false;  ///< the present run was found stuck
     double same_since = 0;
     double readings = 0, repeats = 0;  ///< in runs that have ended: how often readings repeat by chance
     double smallest_step = 0;          ///< of the reading's digits, where it has coarse ones

@@ -89,7 +89,7 @@ TEST(JsonLines, GuardAndMotionAreThoseOfTheRow) {
   }
   EXPECT_EQ(moving, 10);
   double z = all[2]["wanted_um"][2];
-  EXPECT_GT(std::abs(z), std::abs(double{all[2]["offset_um"]["z"]})) << "wanted is before the guard";
+  EXPECT_GT(std::abs(z), std::abs(double{all[2]["offset_um"]["z"]}) + 0.2) << "wanted is before the guard";
 }
 
 TEST(JsonLines, OnceASecondSensorsAndErrorsOfTheWorkspaceAreAdded) {
@@ -122,7 +122,12 @@ TEST(JsonLines, OnceASecondSensorsAndErrorsOfTheWorkspaceAreAdded) {
   EXPECT_EQ(early[0]["fault"], "");
   EXPECT_TRUE(early[2]["reading_C"].is_null()) << "has no column";
   EXPECT_EQ(all[39]["sensors"][0]["fault"], "kelvin");
-  for (const json& sensor : all[44]["sensors"]) EXPECT_NEAR(sensor["predicted_C"], 25.0, 5.0) << sensor;
+  for (const json& sensor : early) EXPECT_NEAR(sensor["predicted_C"], 25.0, 0.5) << sensor;
+  // After an hour at 6000 rpm the spindle is warm, whose sensor still reads 25; the other sensors sit elsewhere.
+  const json& late = all[44]["sensors"];
+  EXPECT_GT(late[0]["predicted_C"], 35.0);
+  EXPECT_EQ(late[0]["fault"], "stuck");
+  for (int s = 1; s < 4; ++s) EXPECT_NEAR(late[s]["predicted_C"], 25.0, 1.0) << late[s];
   // The last row stands at a pose of the grid, and its offsets undo the error there.
   const json &offset = all[44]["offset_um"], &errors = all[44]["errors_um"];
   double nearest = 1e9;
@@ -133,6 +138,7 @@ TEST(JsonLines, OnceASecondSensorsAndErrorsOfTheWorkspaceAreAdded) {
   EXPECT_LT(nearest, 0.002) << "um";
   EXPECT_GT(std::abs(double{offset["z"]}), 1.0);
   EXPECT_NE(errors, all[1]["errors_um"]);
+  EXPECT_NE(all[44]["modes"], all[1]["modes"]);
 }
 
 }  // namespace

@@ -73,6 +73,19 @@ TEST_F(State, AValueProbedAfterARestartCountsTheOffsetsOfBefore) {
   const Result first = compensate(probed_rows(0, 60), probed), second = compensate(probed_rows(60, 90), probed);
   EXPECT_EQ(first.out + without_header(second.out), whole.out);
   EXPECT_EQ(read(file("state")), read(file("whole")));
+  const Result bare = thermotwin({"compensate", toy_model()}, probed_rows(0, 90));
+  EXPECT_NE(bare.out, whole.out) << "a value of the bare machine is another one";
+}
+
+// What the rows before a bad one have said is kept where they cannot be read again.
+TEST_F(State, ABadRowOfAPipeKeepsTheStateBeforeIt) {
+  std::string quick;  // the last rows follow the state of a minute ago too soon for it to be written again
+  for (int i = 1; i <= 5; ++i) quick += fmt::format("{},{}\n", 10 * i, 6000);
+  const std::string text = "time_s,spindle.speed_rpm\n0,6000\n" + quick;
+  ASSERT_EQ(thermotwin({"compensate", toy_model(), "--state", file("quick")}, text).status, 0);
+  const Result stopped = compensate(text + "60,fast\n", {"--strict"});
+  EXPECT_EQ(stopped.status, 3) << stopped.err;
+  EXPECT_EQ(read(file("state")), read(file("quick")));
 }
 
 // Rows of a file can be run again: a run that fails leaves the state that they start from, as it leaves the offsets.

@@ -24,6 +24,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double period_s = 0.1;
+constexpr double short_step_s = 10.0;  ///< of the thermal state
 
 double now(clockid_t clock) {
   timespec time{};
@@ -121,23 +122,48 @@ private:
   std::uint32_t random_ = 1;
 };
 
-/// Times of one row each. step(time, row, readings)
-template <class Step>
-void measure(const std::string& name, Rows& inputs, Sensors& sensors, long rows, const Step& step) {
+/// Times of one row each, s.
+struct Times {
   std::vector<double> processor, wall;
-  processor.reserve(rows);
-  wall.reserve(rows);
+};
+
+/// @param step  (time, row, readings)
+template <class Step>
+Times measured(Rows& inputs, Sensors& sensors, long rows, const Step& step) {
+  Times times;
+  times.processor.reserve(rows);
+  times.wall.reserve(rows);
   for (long i = 0; i < rows; ++i) {
     const double t = i * period_s;
     const VectorXd& row = inputs.at(t);
     const VectorXd& readings = sensors.at(t, row);
     const double wall_0 = now(CLOCK_MONOTONIC), own_0 = now(CLOCK_THREAD_CPUTIME_ID);
     step(t, row, readings);
-    processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
-    wall.push_back(now(CLOCK_MONOTONIC) - wall_0);
+    times.processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
+    times.wall.push_back(now(CLOCK_MONOTONIC) - wall_0);
   }
-  print_quantiles(name, std::move(processor));
-  print_quantiles(name + "_wall", std::move(wall));
+  return times;
+}
+
+void print_times(const std::string& name, Times times) {
+  print_quantiles(name, std::move(times.processor));
+  print_quantiles(name + "_wall", std::move(times.wall));
+}
+
+/// The same rows twice: the lower of both times of each row is what its own work takes, whatever else the machine did.
+void measure_core(const std::string& name, const tt_model& model, Rows& inputs, long rows) {
+  const auto run = [&] {
+    Twin twin(model);
+    Sensors sensors(model);
+    return measured(inputs, sensors, rows,
+                    [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); });
+  };
+  Times first = run();
+  const Times second = run();
+  std::vector<double> lower = first.processor;
+  for (std::size_t i = 0; i < lower.size(); ++i) lower[i] = std::min(lower[i], second.processor[i]);
+  print_quantiles(name + "_lower", std::move(lower));
+  print_times(name, std::move(first));
 }
 
 double bytes_of(const tt_model& m) {
@@ -172,15 +198,17 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
   print("state_kB", twin.state_kB());
   print("work_MB", twin.work_MB());
 
-  const auto core_row = [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); };
+  measure_core("core", m, inputs, rows);
+  compensation::ControlData shorter = control.data();
+  shorter.step_s = short_step_s;
+  const compensation::ControlModel short_steps(std::move(shorter));
+  measure_core("short", short_steps.model(), inputs, rows);
   {
     Sensors sensors(m);
-    measure("core", inputs, sensors, rows, core_row);
-  }
-  {
-    Sensors sensors(m);
-    measure("classes", inputs, sensors, std::min(rows, 100000L),
-            [&](double t, const VectorXd& row, const VectorXd& readings) { compensator.step(t, row, readings); });
+    print_times("classes", measured(inputs, sensors, std::min(rows, 100000L),
+                                    [&](double t, const VectorXd& row, const VectorXd& readings) {
+                                      compensator.step(t, row, readings);
+                                    }));
   }
 
   // Rows a minute apart: the largest difference of the offsets and of their deviations.

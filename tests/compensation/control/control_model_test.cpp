@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "compensation/control/linear.h"
+#include "compensation/control/low_rank.h"
+#include "compensation/control/model_order.h"
 #include "compensation/control/outputs.h"
 #include "compensation/online/output_map.h"
 #include "core/error.h"
@@ -104,6 +107,49 @@ TEST(ControlModel, CapacityBecomesOne) {
   }
   EXPECT_LT(worst, 1e-5 * largest);
   EXPECT_GT(largest, 1.0);
+}
+
+TEST(ControlModel, LowRankHasTheDirectionsOfAMatrixAndNoMore) {
+  test::Uniform number(5);
+  const Index n = 40;
+  const MatrixXd any = MatrixXd::NullaryExpr(n, n, [&] { return number(-1.0, 1.0); });
+  const MatrixXd turn = any.householderQr().householderQ();
+  const auto of_values = [&](const VectorXd& values) {
+    const MatrixXd matrix = turn * values.asDiagonal() * turn.transpose();
+    return MatrixXd(0.5 * (matrix + matrix.transpose()));
+  };
+  const auto error = [](const LowRank& parts, const MatrixXd& matrix) {
+    return (parts.left * parts.weight.asDiagonal() * parts.left.transpose() - matrix).norm();
+  };
+  VectorXd few = VectorXd::Zero(n), fading(n);
+  few.head(7) << 3.0, 1.0, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6;
+  for (Index i = 0; i < n; ++i) fading[i] = std::pow(10.0, -i - 0.5);
+  for (const auto& [values, tolerance, kept] :
+       {std::tuple{few, 1e-7, 7}, {few, 1e-3, 3}, {few, 0.0, 7}, {fading, 1e-7, 7}, {fading, 1e-3, 3}}) {
+    const MatrixXd matrix = of_values(values);
+    const LowRank parts = low_rank(matrix, tolerance);
+    if (tolerance > 0.0) {
+      EXPECT_EQ(parts.left.cols(), kept) << tolerance;
+    }
+    EXPECT_EQ(parts.right.size(), 0);
+    EXPECT_LT(error(parts, matrix), 1.2 * tolerance * values.maxCoeff() + 1e-14) << tolerance;
+  }
+  few[3] = -0.5;
+  const LowRank mixed = low_rank(of_values(few), 1e-7);
+  EXPECT_EQ(mixed.left.cols(), 7);
+  EXPECT_EQ(mixed.weight.minCoeff(), -1.0);
+  EXPECT_LT(error(mixed, of_values(few)), 1e-6);
+  EXPECT_EQ(low_rank(MatrixXd::Zero(n, n), 1e-7).left.cols(), 0);
+}
+
+TEST(ControlModel, ASmallerOrderStatesWhatItCosts) {
+  reduction::ReducedModel model = test::lumps_with_lines();
+  model.errors.emplace_back().rms_um = 0.1;
+  const Index order = model.system.order();
+  const reduction::ReducedModel small = model_of_order(model, order / 2);
+  EXPECT_EQ(small.system.order(), order / 2);
+  EXPECT_GT(small.errors.back().rms_um, 0.2) << "half of the lumps carry more than that";
+  EXPECT_EQ(model_of_order(model, 0).errors.back().rms_um, 0.1);
 }
 
 TEST(ControlModel, OptionsReachTheGuardAndBadOnesAreNamed) {

@@ -31,10 +31,10 @@ protected:
     process_link_answered(&link_, now);
     return got;
   }
-  /// Tends at a time until the process has ended or been replaced.
+  /// Tends at a time until the process has been replaced; at most the wait before a start passes.
   bool is_replaced(double now) {
     const unsigned starts = link_.starts;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 100; ++i) {
       process_link_tend(&link_, now + 0.01 * i);
       if (link_.starts > starts) return true;
       ::usleep(5000);
@@ -61,10 +61,32 @@ TEST_F(ProcessLink, OneThatHangsIsEndedAndStartedAgain) {
   EXPECT_EQ(row("two\n", 100.5), "two\n") << "a start has more patience";
   ::kill(link_.process, SIGSTOP);
   EXPECT_EQ(process_link_send(&link_, "dead\n", 5, 101.0), 1);
-  process_link_tend(&link_, 102.5);
-  EXPECT_EQ(link_.starts, 1U) << "less than two seconds";
+  EXPECT_FALSE(is_replaced(102.0 - 0.5)) << "less than two seconds";
   EXPECT_TRUE(is_replaced(103.5));
   EXPECT_EQ(row("three\n", 106.0), "three\n");
+}
+
+// A row is always under way, each answered a second after it: that is no silence.
+TEST_F(ProcessLink, OneThatAnswersASecondLateIsHealthy) {
+  EXPECT_EQ(row("one\n", 100.0), "one\n");
+  ASSERT_EQ(process_link_send(&link_, "row\n", 4, 101.0), 1);
+  char bytes[16];
+  for (double now = 102.0; now < 112.0; now += 1.0) {
+    ASSERT_EQ(process_link_send(&link_, "row\n", 4, now), 1);
+    ASSERT_GT(process_link_read(&link_, bytes, 4, 2000), 0U);
+    process_link_answered(&link_, now);
+    ::usleep(2000);
+    process_link_tend(&link_, now);
+  }
+  EXPECT_FALSE(is_replaced(112.0));
+}
+
+TEST_F(ProcessLink, AStartMayTakeHalfAMinute) {
+  process_link_tend(&link_, 1.0);
+  ::kill(link_.process, SIGSTOP);
+  EXPECT_EQ(process_link_send(&link_, "one\n", 4, 1.5), 1);
+  EXPECT_FALSE(is_replaced(30.0));
+  EXPECT_TRUE(is_replaced(32.0));
 }
 
 TEST_F(ProcessLink, OneThatIsKilledIsStartedAgain) {

@@ -145,6 +145,52 @@ TEST(SensorMonitor, ReadingsWithoutScatterMayRepeat) {
   }
 }
 
+// Beside quick rows: the observer learns while coarse digits repeat, and what it expects follows a step of an input up
+// to a minute and a half late, then at once.
+TEST(SensorMonitor, ExpectedReadingsThatLearnOrFollowLateBlameNoSensor) {
+  const auto warm = [](double t) { return t > 1800.0 ? 12.0 * (1.0 - std::exp((1800.0 - t) / 400.0)) : 0.0; };
+  test::Uniform random(11);
+  for (const double digits : {0.1, 0.01}) {
+    for (const double row_s : {0.1, 1.0, 10.0}) {
+      SensorMonitor monitor(VectorXd::Constant(1, sigma));
+      double learnt = 0.0, next = 300.0;
+      for (double t = 0.0; t < 7200.0; t += row_s) {
+        const double truth = 20.0 + warm(t), model = 20.0 + 0.9 * warm(60.0 * std::floor((t - 30.0) / 60.0));
+        if (t >= next) {
+          const double change = 0.5 * (truth - model - learnt);
+          monitor.correct(VectorXd::Constant(1, change));
+          learnt += change;
+          next += 300.0;
+        }
+        const double reading = digits * std::round((truth + 0.02 * random.normal()) / digits);
+        monitor.judge(t, VectorXd::Constant(1, reading), VectorXd::Constant(1, model + learnt));
+        ASSERT_EQ(monitor.fault(0), SensorFault::none) << digits << " K, rows of " << row_s << " s, at " << t;
+      }
+    }
+  }
+}
+
+// Readings of coarse digits repeat in quick rows; that is no sign that one is stuck still.
+TEST(SensorMonitor, AStuckSensorThatMovesAgainComesBack) {
+  for (const double row_s : {1.0, 60.0}) {
+    SensorMonitor monitor(VectorXd::Constant(1, sigma));
+    double held = 0.0;
+    for (double t = 0.0; t <= 6000.0; t += row_s) {
+      const double truth = 20.0 + 3.0 * std::sin(t / 1200.0);
+      double reading = 0.1 * std::round(truth / 0.1);
+      if (t <= 1200.0) held = reading;
+      if (t > 1200.0 && t < 3000.0) reading = held;
+      monitor.judge(t, VectorXd::Constant(1, reading), VectorXd::Constant(1, truth));
+      if (t < 1200.0) {
+        ASSERT_EQ(monitor.fault(0), SensorFault::none) << row_s << " s, at " << t;
+      } else if (t > 2400.0 && t < 4700.0) {
+        ASSERT_EQ(monitor.fault(0), SensorFault::stuck) << row_s << " s, at " << t;
+      }
+    }
+    EXPECT_EQ(monitor.fault(0), SensorFault::none) << "half an hour after it moved, rows of " << row_s << " s";
+  }
+}
+
 // Beside a spindle that starts and stops a tenth of what moves is more than the sensor is off by.
 TEST(SensorMonitor, ASensorThatIsOffStaysNamedWhileMuchMoves) {
   SensorMonitor monitor(VectorXd::Constant(1, sigma));

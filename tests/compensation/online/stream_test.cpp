@@ -87,6 +87,38 @@ TEST(CompensateStream, AgreesWithTheCompensatorRowByRow) {
   }
 }
 
+// A value of a row was probed with the offsets that were in effect until that row.
+TEST(CompensateStream, AValueProbedWithCompensationCountsTheOffsetsBeforeItsRow) {
+  StreamOptions options = quiet();
+  options.probed_compensated = true;
+  std::string text = "time_s,spindle.speed_rpm,probe_dx_um,probe_dz_um\n";
+  Compensator compensator(nominal());
+  const Eigen::Index spindle = compensator.channels().index("spindle.speed_rpm");
+  std::vector<Eigen::Index> absent;
+  for (Eigen::Index k = 0; k < compensator.channels().size(); ++k) {
+    if (k != spindle && !std::isnan(compensator.channels().defaults()[k])) absent.push_back(k);
+  }
+  compensator.never_told(absent);
+  Eigen::VectorXd row = compensator.channels().defaults(), before = Eigen::Vector3d::Zero();
+  row[spindle] = 12000;
+  std::string last;
+  double moved = 0;
+  for (int i = 0; i <= 60; ++i) {
+    text += fmt::format("{},12000,{},{}\n", 300 * i, i == 20 ? "4" : "", i == 20 ? "-3" : "");
+    const Offsets& offsets = compensator.step(300.0 * i, row, {});
+    last = fmt::format("{},{:.3f},{:.3f},{:.3f},", 300 * i, offsets.offset_um[0], offsets.offset_um[1],
+                       offsets.offset_um[2]);
+    if (i == 20) {
+      moved = (offsets.offset_um - before).norm();
+      compensator.probe_compensated(compensator.pose(), {4, std::nan(""), -3}, before, options.probe_std_um);
+    }
+    before = offsets.offset_um;
+  }
+  EXPECT_GT(moved, 0.1) << "um: else either row's offsets would do";
+  const std::string out = streamed(text, options);
+  EXPECT_NE(out.find("\n" + last), std::string::npos) << last << " in " << out;
+}
+
 TEST(CompensateStream, ABlankCellKeepsTheLastValue) {
   const std::string with = streamed("time_s,spindle.speed_rpm\n0,6000\n60,\n120,nan\n180, \n");
   const std::string without = streamed("time_s,spindle.speed_rpm\n0,6000\n60,6000\n120,6000\n180,6000\n");

@@ -256,6 +256,22 @@ TEST(ModelFile, AFileWithoutChecksumIsToBeWrittenAnew) {
   EXPECT_NE(message_of(path).find("thermotwin reduce"), std::string::npos) << message_of(path);
 }
 
+// As written while the checksum was one of single bytes.
+TEST(ModelFile, AFileWithTheEarlierChecksumIsReadAndItsDamageNoticed) {
+  const core::TemporaryFolder scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  const ReducedModel model = random_model(3);
+  write_model(path, model);
+  std::string bytes = core::read_file(path);
+  bytes.resize(bytes.rfind("\nthermotwin"));
+  const std::string line = "\nthermotwin fnv1a-64 " + core::content_hash(bytes) + "\n";
+  core::write_file(path, bytes + line);
+  EXPECT_EQ(read_model(path).system.conduction, model.system.conduction);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  core::write_file(path, bytes + line);
+  EXPECT_NE(message_of(path).find("checksum"), std::string::npos) << message_of(path);
+}
+
 TEST(ModelFile, SizesThatDisagreeAndMissingNumbersAreRefused) {
   const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
