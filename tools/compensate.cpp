@@ -7,7 +7,6 @@
 #include <iostream>
 #include <limits>
 #include <optional>
-#include <streambuf>
 #include <unistd.h>
 
 #include "compensation/control/model_order.h"
@@ -115,6 +114,9 @@ compensation::ControlOptions core_options(const CompensateOptions& options) {
   return settings;
 }
 
+/// The rows are those of a file.
+bool can_be_read_again(const CompensateOptions& options) { return std::filesystem::is_regular_file(options.in); }
+
 /// Rows of one input to one output, with what is written beside them.
 class Run {
 public:
@@ -160,12 +162,12 @@ private:
   void after_row(const compensation::Offsets& offsets) {
     any_row_ = true;
     if (lines_) lines_->after_row(offsets);
-    if (state_) state_->after_row(offsets.time, [this] { return twin_.saved(); });
+    if (state_ && !can_be_read_again(options_)) state_->after_row(offsets.time, [this] { return twin_.saved(); });
   }
 
-  /// An interrupt costs nothing of what the rows have said.
+  /// An interrupt costs nothing of what the rows have said. Those of a file start again from the state before it.
   void save_after_error() const {
-    if (!state_ || !any_row_) return;
+    if (!state_ || !any_row_ || can_be_read_again(options_)) return;
     try {
       state_->write(twin_.saved());
     } catch (const core::InputError& error) {
@@ -205,24 +207,16 @@ struct Probed {
   }
 };
 
-/// Takes everything and keeps nothing.
-class NoOutput final : public std::streambuf {
-  int overflow(int c) override { return c; }
-  std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
-};
-
 Probed probed_of(const CompensateOptions& options, const reduction::ReducedModel& model,
                  const compensation::StreamSummary& done) {
   Probed probed{done.probed, done.probed_rms_um, done.left_rms_um, options.probe_std_um, {}};
   // Rows that went on from a state cannot be run again from their start.
-  if (done.probed == 0 || options.no_sensors || !options.state.empty() || !std::filesystem::is_regular_file(options.in))
-    return probed;
+  if (done.probed == 0 || options.no_sensors || !options.state.empty() || !can_be_read_again(options)) return probed;
   compensation::ControlOptions blind = core_options(options);
   blind.compensator.use_sensors = false;
   compensation::OnlineTwin without(model, blind);
   std::ifstream again(options.in, std::ios::binary);
-  NoOutput sink;
-  std::ostream nowhere(&sink);
+  std::ofstream nowhere("/dev/null");
   compensation::StreamOptions quiet;
   quiet.probe_std_um = options.probe_std_um;
   quiet.log = quiet.warn = [](const std::string&) {};
@@ -302,7 +296,8 @@ void compensate(const CompensateOptions& options) {
     });
   }
   run.finish();
-  summarise(options, done, time.seconds(), model.system.order(), twin.probed(), probed_of(options, model, done));
+  const double seconds = time.seconds();
+  summarise(options, done, seconds, model.system.order(), twin.probed(), probed_of(options, model, done));
 }
 
 }  // namespace thermotwin::tools

@@ -16,10 +16,8 @@ namespace {
 
 constexpr double details_every_s = 1.0;
 
-/// Rounded, so that a line stays short; null for no number.
-nlohmann::json number(double value, double parts) {
-  return std::isfinite(value) ? nlohmann::json(std::round(value * parts) / parts) : nlohmann::json();
-}
+/// So that a line stays short.
+double rounded(double value, double parts) { return std::round(value * parts) / parts; }
 
 const char* text_of(compensation::GuardState state) {
   switch (state) {
@@ -47,16 +45,16 @@ std::string TwinJson::line(const compensation::Offsets& offsets, std::string_vie
   nlohmann::json json = {{"time_s", offsets.time}, {"status", status}, {"guard", text_of(twin_.guard())}};
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    json["offset_um"][axes_[i]] = number(offsets.offset_um[k], 1e4);
-    json["std_um"][axes_[i]] = number(offsets.std_um[k], 1e4);
+    json["offset_um"][axes_[i]] = rounded(offsets.offset_um[k], 1e4);
+    json["std_um"][axes_[i]] = rounded(offsets.std_um[k], 1e4);
   }
-  const mesh::Pose pose = twin_.pose();
+  const mesh::Pose now = twin_.pose();
   const bool first = last_pose_.size() == 0;
-  json["motion_um"] = first ? 0.0 : twin_.limits().motion_um(last_pose_, pose, offsets.time - last_time_);
-  json["wanted_um"] = nlohmann::json::array();
-  for (const double value : twin_.wanted_um())
-    json["wanted_um"].push_back(std::isfinite(value) ? nlohmann::json(value) : nlohmann::json());
-  last_pose_ = pose;
+  json["motion_um"] = first ? 0.0 : twin_.limits().motion_um(last_pose_, now, offsets.time - last_time_);
+  json["wanted_um"] = twin_.wanted_um();
+  // Before the first row that could be read, the time is nobody's.
+  if (std::isnan(twin_.time())) return json.dump();
+  last_pose_ = now;
   last_time_ = offsets.time;
   if (offsets.time < next_details_) return json.dump();
   next_details_ = offsets.time + details_every_s;
@@ -68,13 +66,13 @@ std::string TwinJson::line(const compensation::Offsets& offsets, std::string_vie
   for (std::size_t s = 0; s < faults.size(); ++s) {
     const auto k = static_cast<Eigen::Index>(s);
     json["sensors"].push_back({{"id", model_.machine.sensors[s].id},
-                               {"reading_C", number(readings[k], 1e3)},
-                               {"predicted_C", number(predicted[k], 1e3)},
+                               {"reading_C", rounded(readings[k], 1e3)},
+                               {"predicted_C", rounded(predicted[k], 1e3)},
                                {"fault", faults[s]}});
   }
   for (const mesh::Pose& pose : poses_) {
     const solver::TcpError error = twin_.tcp(pose);
-    for (int i = 0; i < 3; ++i) json["errors_um"].push_back(number(error.error[i] / core::units::um, 1e3));
+    for (int i = 0; i < 3; ++i) json["errors_um"].push_back(rounded(error.error[i] / core::units::um, 1e3));
   }
   if (turn_.size() > 0) {
     const Eigen::VectorXd modes = turn_.transpose() * twin_.state();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A row's answer as a line of JSON, for programs. docs/reference/result_files.md lists the
-// keys.
+// A row's answer as a line of JSON, for programs. docs/reference/result_files.md lists the keys.
 
 #include <Eigen/Core>
 

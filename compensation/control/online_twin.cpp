@@ -83,7 +83,7 @@ struct OnlineTwin::Work {
         sum_q(VectorXd::Zero(control.data().inputs)),
         sum_state(VectorXd::Zero(control.data().order)),
         readings(m.machine.sensors.size(), 0) {
-    offsets.offset_um = offsets.std_um = VectorXd::Zero(std::ssize(map.axes()));
+    offsets.offset_um = offsets.std_um = offsets.before_um = VectorXd::Zero(std::ssize(map.axes()));
   }
 
   const tt_model& data() const { return control.model(); }
@@ -150,6 +150,7 @@ struct OnlineTwin::Work {
                              fmt::format("rows at most {} s apart", longest_gap_s));
     }
     const double before = time();
+    offsets.before_um = Map<const VectorXd>(twin->offset_um, data().linear_axes);
     const bool has_readings = options.compensator.use_sensors && sensors_C.size() > 0;
     const int status = tt_twin_row(twin.get(), at, told.data(), has_readings ? sensors_C.data() : nullptr);
     if (!std::isnan(before)) add_to_means(at - before, has_readings ? sensors_C : VectorXd());
@@ -256,6 +257,8 @@ struct OnlineTwin::Work {
   }
 
   Detectability detectability() const {
+    if (data().observer == 0)
+      throw core::InputError("detectability", "a twin without observer", "ControlOptions::observer = true");
     if (!(duration > 0.0))
       throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
     const reduction::ReducedSystem& system = model.system;
@@ -321,11 +324,6 @@ void OnlineTwin::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, 
   work_->probe(pose, error_um, std_um);
 }
 
-void OnlineTwin::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const VectorXd& applied_um,
-                                   double std_um) {
-  work_->probe(pose, left_um - work_->map.motion(applied_um), std_um);
-}
-
 long OnlineTwin::probed() const { return work_->probed; }
 std::vector<ErrorModel::State> OnlineTwin::learned() const { return work_->learned(); }
 Detectability OnlineTwin::detectability() const { return work_->detectability(); }
@@ -338,7 +336,9 @@ VectorXd OnlineTwin::std_um(const mesh::Pose& pose) const {
   return std_um;
 }
 
+Eigen::Vector3d OnlineTwin::motion_um(const VectorXd& offset_um) const { return work_->map.motion(offset_um); }
 mesh::Pose OnlineTwin::pose() const { return work_->pose(); }
+
 VectorXd OnlineTwin::state() const {
   const tt_twin* now = work_->twin.get();
   const VectorXd own =

@@ -40,21 +40,17 @@ public:
   void never_told(const std::vector<Eigen::Index>& channels) override;
   const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) override;
   void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) override;
-  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um,
-                         double std_um) override;
   long probed() const override;
   std::vector<ErrorModel::State> learned() const override;
   /// At the mean operating point of the rows that this object has taken.
   Detectability detectability() const override;
   solver::TcpError tcp(const mesh::Pose& pose) const override;
-  /// (axes) one standard deviation of the offsets that would cancel tcp(), um.
-  Eigen::VectorXd std_um(const mesh::Pose& pose) const;
+  Eigen::VectorXd std_um(const mesh::Pose& pose) const override;
+  Eigen::Vector3d motion_um(const Eigen::VectorXd& offset_um) const override;
   mesh::Pose pose() const override;
-  /// @return (order) the corrected state at the end of the last step, K above the reference
-  Eigen::VectorXd state() const;
-  /// @return (sensors) the readings predicted before the last correction, and those of the last row, degC; NaN: none
-  Eigen::VectorXd predicted_sensors_C() const;
-  Eigen::VectorXd readings_C() const;
+  Eigen::VectorXd state() const override;
+  Eigen::VectorXd predicted_sensors_C() const override;
+  Eigen::VectorXd readings_C() const;  ///< (sensors) of the last row; NaN: none
   /// @return why each sensor is left out ("stuck"), empty: it is not
   std::vector<std::string> sensor_faults() const;
   GuardState guard() const;

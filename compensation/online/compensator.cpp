@@ -250,17 +250,16 @@ void Compensator::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um,
   work_->probe(pose, error_um, std_um);
 }
 
-void Compensator::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um,
-                                    const Eigen::VectorXd& applied_um, double std_um) {
-  work_->probe(pose, left_um - work_->output.map().motion(applied_um), std_um);
-}
-
 long Compensator::probed() const { return work_->probed; }
 std::vector<ErrorModel::State> Compensator::learned() const { return work_->observer.errors().states(); }
 Detectability Compensator::detectability() const { return work_->observer.detectability(); }
 
+Eigen::Vector3d Compensator::motion_um(const Eigen::VectorXd& offset_um) const {
+  return work_->output.map().motion(offset_um);
+}
+
 mesh::Pose Compensator::pose() const { return work_->pose(); }
-const Eigen::VectorXd& Compensator::state() const { return work_->observer.corrected(); }
+Eigen::VectorXd Compensator::state() const { return work_->observer.corrected(); }
 
 Eigen::VectorXd Compensator::predicted_sensors_C() const { return work_->observer.predicted_sensors_C(); }
 

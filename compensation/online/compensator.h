@@ -52,19 +52,15 @@ public:
   void never_told(const std::vector<Eigen::Index>& channels) override;
   const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) override;
   void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) override;
-  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um,
-                         double std_um) override;
   long probed() const override;
   std::vector<ErrorModel::State> learned() const override;
   Detectability detectability() const override;
   solver::TcpError tcp(const mesh::Pose& pose) const override;
-  /// (axes) one standard deviation of the offsets that would cancel tcp(), um.
-  Eigen::VectorXd std_um(const mesh::Pose& pose) const;
+  Eigen::VectorXd std_um(const mesh::Pose& pose) const override;
+  Eigen::Vector3d motion_um(const Eigen::VectorXd& offset_um) const override;
   mesh::Pose pose() const override;
-  /// @return the corrected state (order) at the end of the last step
-  const Eigen::VectorXd& state() const;
-  /// @return the sensor readings predicted before the last correction, degC
-  Eigen::VectorXd predicted_sensors_C() const;
+  Eigen::VectorXd state() const override;
+  Eigen::VectorXd predicted_sensors_C() const override;
 
 private:
   struct Work;

@@ -46,7 +46,7 @@ OffsetOutput::OffsetOutput(const reduction::ReducedModel& model, const Compensat
       guard_(std::ssize(map_.axes()), guard_options(limits_)) {
   for (const reduction::ReductionErrors& error : model.errors)
     model_error_ = std::max(model_error_, error.rms_um * core::units::um);
-  offsets_.offset_um = offsets_.std_um = VectorXd::Zero(std::ssize(map_.axes()));
+  offsets_.offset_um = offsets_.std_um = offsets_.before_um = VectorXd::Zero(std::ssize(map_.axes()));
   set_change(VectorXd::Zero(model.system.order()));
 }
 
@@ -91,6 +91,7 @@ const Offsets& OffsetOutput::write(double time, const mesh::Pose& pose, const Er
   const VectorXd own_um = deviation_um(errors, offset, pose);
   const VectorXd wanted_um = offset / core::units::um;
   const double motion_um = started_ ? limits_.motion_um(last_pose_, pose, time - offsets_.time) : 0.0;
+  offsets_.before_um = offsets_.offset_um;
   offsets_.offset_um = guard_.step(time, wanted_um, motion_um);
   started_ = true;
   last_pose_ = pose;

@@ -30,6 +30,7 @@ struct Offsets {
   double time = 0;            ///< s
   Eigen::VectorXd offset_um;  ///< (linear axes of the machine) to apply
   Eigen::VectorXd std_um;     ///< (linear axes) one standard deviation, with the part that the guard holds back
+  Eigen::VectorXd before_um;  ///< (linear axes) offsets in effect until this row; 0 after a start
   Status status = Status::ok;
   /// "T3=stuck T5=absent T8=drift T9=kelvin" where the status is sensor_failed; such sensors are left out.
   std::string failed_sensors;
@@ -68,8 +69,10 @@ public:
   /// @throws InputError before the first row, or for a deviation or value out of range
   virtual void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) = 0;
   /// The same for values that were probed with compensation active. @param applied_um  (axes) offsets in effect
-  virtual void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um,
-                                 const Eigen::VectorXd& applied_um, double std_um) = 0;
+  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um,
+                         double std_um) {
+    probe(pose, left_um - motion_um(applied_um), std_um);
+  }
   virtual long probed() const = 0;  ///< number of values so far
 
   /// @return the present estimates of the filter, by physical names
@@ -81,7 +84,15 @@ public:
 
   /// @return the predicted TCP error at a pose for the present state, without the guard; 0 before the first row
   virtual solver::TcpError tcp(const mesh::Pose& pose) const = 0;
+  /// @return (axes) one standard deviation of the offsets that would cancel tcp(), um
+  virtual Eigen::VectorXd std_um(const mesh::Pose& pose) const = 0;
+  /// @return (3) translation of the tool against the table, um, that offsets of the axes (um) make
+  virtual Eigen::Vector3d motion_um(const Eigen::VectorXd& offset_um) const = 0;
   virtual mesh::Pose pose() const = 0;  ///< of the last row
+  /// @return (order) the corrected state at the end of the last step, K above the reference
+  virtual Eigen::VectorXd state() const = 0;
+  /// @return (sensors) the readings predicted before the last correction, degC
+  virtual Eigen::VectorXd predicted_sensors_C() const = 0;
 };
 
 /// @throws InputError for a probed value or standard deviation (um) out of range

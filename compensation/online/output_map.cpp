@@ -84,6 +84,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model)
   }
   const auto count = std::ssize(axes_);
   to_axes_.resize(count, 3);
+  motions_.resize(3, count);
   if (count > 0) {
     MatrixXd motion(3, count);
     for (Index i = 0; i < count; ++i) motion.col(i) = motions[i];

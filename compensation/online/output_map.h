@@ -39,8 +39,8 @@ public:
   const std::vector<std::string>& axes() const { return axes_; }
   /// (axes) offsets in m that cancel the error
   Eigen::VectorXd offsets(const solver::TcpError& error) const { return to_axes_ * error.error.head<3>(); }
-  /// Translations of the tool against the table, m, that offsets of the axes (m) make.
-  Eigen::Vector3d motion(const Eigen::VectorXd& offsets_m) const { return motions_ * offsets_m; }
+  /// Translations of the tool against the table that offsets of the axes make, in their unit.
+  Eigen::Vector3d motion(const Eigen::VectorXd& offsets) const { return motions_ * offsets; }
 
   /// The workspace grid with the table's own axis at 0 and 90 deg, and the offsets (axes x poses) in m of a state
   /// there.

@@ -446,13 +446,11 @@ private:
 /// From a row to its offsets, and probed values to the model.
 class Answers {
 public:
-  Answers(OnlineModel& model, const StreamOptions& options)
-      : model_(model),
-        options_(options),
-        last_(&nothing_),
-        last_applied_(Eigen::VectorXd::Zero(std::ssize(model.axes()))) {
-    nothing_.offset_um = last_applied_;
-    nothing_.std_um = Eigen::VectorXd::Constant(last_applied_.size(), model.limits().largest_um);
+  Answers(OnlineModel& model, const StreamOptions& options) : model_(model), options_(options), last_(&nothing_) {
+    const auto axes = std::ssize(model.axes());
+    nothing_.offset_um = nothing_.before_um = Eigen::VectorXd::Zero(axes);
+    nothing_.std_um = Eigen::VectorXd::Constant(axes, model.limits().largest_um);
+    for (Eigen::Index a = 0; a < axes; ++a) moved_ += model.motion_um(Eigen::VectorXd::Unit(axes, a)).cwiseAbs();
   }
   Answers(const Answers&) = delete;
   Answers& operator=(const Answers&) = delete;
@@ -466,28 +464,25 @@ public:
   const Offsets& last() const { return *last_; }
 
   void probe(const RowReader& reader, StreamSummary& summary) {
-    if (!reader.readable()) return;
-    if (!options_.probed_compensated) compare(reader.probed(), summary);
-    if (reader.probed().array().isFinite().any()) {
-      const mesh::Pose pose = model_.pose();
-      if (options_.probed_compensated)
-        model_.probe_compensated(pose, reader.probed(), last_applied_, options_.probe_std_um);
-      else
-        model_.probe(pose, reader.probed(), options_.probe_std_um);
+    if (!reader.readable() || !reader.probed().array().isFinite().any()) return;
+    const mesh::Pose pose = model_.pose();
+    if (options_.probed_compensated) {
+      model_.probe_compensated(pose, reader.probed(), last_->before_um, options_.probe_std_um);
+    } else {
+      compare(reader.probed(), summary);
+      model_.probe(pose, reader.probed(), options_.probe_std_um);
     }
-    if (options_.probed_compensated) last_applied_ = last_->offset_um;
   }
 
 private:
   /// Adds squares; the end of the stream makes RMS of them.
   void compare(const Eigen::Vector3d& probed, StreamSummary& summary) const {
-    const std::vector<std::string>& axes = model_.axes();
-    for (std::size_t a = 0; a < axes.size(); ++a) {
-      const int component = axes[a].size() == 1 ? axes[a][0] - 'X' : -1;
-      if (component < 0 || component > 2 || !std::isfinite(probed[component])) continue;
+    const Eigen::Vector3d left = probed + model_.motion_um(last_->offset_um);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (moved_[i] < 1e-6 || !std::isfinite(probed[i])) continue;
       ++summary.probed;
-      summary.probed_rms_um += probed[component] * probed[component];
-      summary.left_rms_um += std::pow(probed[component] + last_->offset_um[a], 2);
+      summary.probed_rms_um += probed[i] * probed[i];
+      summary.left_rms_um += left[i] * left[i];
     }
   }
 
@@ -495,7 +490,7 @@ private:
   const StreamOptions& options_;
   Offsets nothing_;  ///< before there is a row that can be read
   const Offsets* last_;
-  Eigen::VectorXd last_applied_;
+  Eigen::Vector3d moved_ = Eigen::Vector3d::Zero();  ///< how much offsets of 1 um move the TCP along x y z, um
 };
 
 void count_status(std::string_view status, StreamSummary& summary) {

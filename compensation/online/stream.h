@@ -23,8 +23,8 @@ struct StreamSummary {
   static constexpr std::size_t most_statuses = 20;
   bool names_machine = false;      ///< the stream named its machine
   double first_s = 0, last_s = 0;  ///< times of the first and last row that could be read
-  /// Probed components of the TCP error along axes with offsets, before each of them is learned from: their number, and
-  /// the RMS of the error as probed and with the offset of the row. Without probed_compensated only.
+  /// Probed components of the TCP error that an axis moves, before each of them is learned from: their number, and the
+  /// RMS of the error as probed and with the offset of the row. Without probed_compensated only.
   long probed = 0;
   double probed_rms_um = 0, left_rms_um = 0;
 };

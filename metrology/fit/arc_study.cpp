@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/fit/arc_study.h"
 
+#include <Eigen/LU>
+
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/fit/circle_fit.h"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>

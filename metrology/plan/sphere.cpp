@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/plan/sphere.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <fmt/format.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/probe/probe_setup.h"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -35,7 +35,8 @@ WordRule read_word(const Node& node) {
   if (word.size() < 2 || std::isalpha(static_cast<unsigned char>(word[0])) == 0) throw bad();
   rule.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
   const auto read = std::from_chars(word.data() + 1, word.data() + word.size(), rule.number);
-  if (read.ec != std::errc() || read.ptr != word.data() + word.size() || !(rule.number >= 0)) throw bad();
+  if (read.ec != std::errc() || read.ptr != word.data() + word.size() || !(rule.number >= 0 && rule.number < 1e5))
+    throw bad();
   rule.action = action == "skip"      ? WordRule::Action::skip
                 : action == "replace" ? WordRule::Action::replace
                 : action == "tcp_on"  ? WordRule::Action::tcp_on
@@ -43,6 +44,8 @@ WordRule read_word(const Node& node) {
                                       : WordRule::Action::refuse;
   rule.by = node.text_or("by", "");
   rule.with = core::upper(node.text_or("with", ""));
+  if (!std::all_of(rule.with.begin(), rule.with.end(), [](unsigned char c) { return std::isalpha(c) != 0; }))
+    throw InputError(node.place("with"), "'" + rule.with + "'", "letters of words such as QR");
   rule.says = node.text_or("says", "");
   for (const std::string& text : {rule.by, rule.with, rule.says})
     if (text.find_first_of("()\n\r;") != std::string::npos)
@@ -123,7 +126,12 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
     node.finish();
     profile.tools.push_back(tool);
   }
-  for (const Node& node : root.tables("work_offset")) profile.work_offsets.push_back(read_work_offset(node, machine));
+  numbers.clear();
+  for (const Node& node : root.tables("work_offset")) {
+    profile.work_offsets.push_back(read_work_offset(node, machine));
+    if (const int number = profile.work_offsets.back().number; !numbers.insert(number).second)
+      throw InputError(node.place("number"), fmt::format("work offset {} twice", number), "each work offset once");
+  }
   if (const auto limits = root.table_if("limits")) {
     profile.moves = limits->number("moves");
     profile.lines_without_move = limits->number("lines_without_move");
@@ -177,6 +185,8 @@ std::vector<Tool> read_tool_table(const std::filesystem::path& path) {
       if (read.ec != std::errc() || read.ptr != word.data() + word.size() || !std::isfinite(value) ||
           std::abs(value) > 1e6)
         throw InputError(place, "'" + word + "'", "words such as T1 P1 Z12.5 D6, then ;comment");
+      if ((letter == 'T' || letter == 'Q') && value != std::floor(value))
+        throw InputError(place, "'" + word + "'", "a whole number for T and Q");
       any = true;
       const auto axis = std::find(letters.begin(), letters.end(), letter);
       if (letter == 'T') {

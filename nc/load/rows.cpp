@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/page_text.h"
 #include "core/units.h"
 
 namespace thermotwin::nc {
@@ -46,7 +47,6 @@ void RowBuilder::begin() {
   row_.from = row_.to = from;
   row_.travel = Positions::Zero(at_.size());
   row_.low = row_.high = row_.end = at_;
-  row_.tool = tool_;
 }
 
 void RowBuilder::close(double to) {
@@ -66,11 +66,7 @@ void RowBuilder::stretch(const Timed& timed, double from, double to) {
   const double duration = to - from;
   row_.spindle_rpm += std::abs(element.state.spindle_rpm) * duration;
   if (element.state.flood || element.state.mist) row_.fluid += duration;
-  row_.tool = tool_ = element.state.tool;
-  if (element.pause > 0.0) {
-    row_.paused += duration;
-    return;
-  }
+  if (element.pause > 0.0) return;
   // Exactly whole: sums of times carry rounding.
   const double u0 = from > timed.start ? timed.share_at(from - timed.start) : 0.0,
                u1 = to < timed.start + timed.duration() ? timed.share_at(to - timed.start) : 1.0;
@@ -79,12 +75,12 @@ void RowBuilder::stretch(const Timed& timed, double from, double to) {
 }
 
 void RowBuilder::add(const Timed& timed) {
-  if (timed.element.state.operation != operation_ && timed.element.pause > 0.0) ++row_.tool_changes;
-  operation_ = timed.element.state.operation;
   const double end = timed.start + timed.duration();
   double from = timed.start;
-  while (end - (row_.from + interval_) > -1e-12 * end) {
-    const double boundary = std::min(row_.from + interval_, end);
+  const double rounding = 1e-12 * end;
+  while (end - (row_.from + interval_) > -rounding) {
+    // A rest of rounding makes no row of its own.
+    const double full = row_.from + interval_, boundary = end - full > rounding ? full : end;
     stretch(timed, from, boundary);
     from = boundary;
     close(boundary);
@@ -154,8 +150,8 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
 
 LoadText::LoadText(const mesh::Machine& machine, const std::string& title, double initial_C, const Positions& start)
     : machine_(machine) {
-  head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = \"{}\"\ninitial_C = {}\n",
-                      title, initial_C);
+  head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = {}\ninitial_C = {}\n",
+                      core::json_text(title), initial_C);
   phases_ = "[position]\n";
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const mesh::Axis& axis = machine.axes[i];

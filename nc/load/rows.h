@@ -4,7 +4,6 @@
 // (distance over time), the range that it sweeps and its position at the end; the means of the spindle speed and of the
 // cutting fluid. The distances of all rows add to those of the program.
 
-#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,9 +18,6 @@ struct Row {
   Positions travel, low, high, end;  ///< (axes) m and rad
   double spindle_rpm = 0;            ///< mean of the absolute value
   double fluid = 0;                  ///< share of the time
-  double paused = 0;                 ///< s without motion
-  int tool = 0;                      ///< at the end
-  int tool_changes = 0;
 };
 
 class RowBuilder {
@@ -43,7 +39,6 @@ private:
   std::function<void(const Row&)> take_;
   Row row_;
   Positions at_, travel_;
-  int operation_ = 0, tool_ = 0;
 };
 
 /// Header and rows of rows.csv, which `compensate` reads.

@@ -63,13 +63,13 @@ double Planner::corner_speed(const Planned& before, const Planned& after) const 
   const Element &a = before.element, &b = after.element;
   if (a.pause > 0.0 || b.pause > 0.0 || a.exact_stop) return 0.0;
   Positions out = a.derivative(1.0), in = b.derivative(0.0);
-  // Angles count as lengths at 0.1 m.
+  // A radian counts as a metre.
   const double n_out = out.norm(), n_in = in.norm();
   if (!(n_out > 0.0) || !(n_in > 0.0)) return 0.0;
   const double most = std::min(before.limit, after.limit);
   const double cosine = std::clamp(out.dot(in) / (n_out * n_in), -1.0, 1.0);
   if (cosine > 1.0 - 1e-9) return most;
-  if (a.path_mode == 2) return 0.0;
+  if (a.path_mode == 2 && a.last) return 0.0;
   const double half = std::sqrt(0.5 * (1.0 + cosine));  // cos of half the angle of the turn
   const double tolerance = a.path_mode == 3 && a.tolerance > 0.0 ? a.tolerance : blend_tolerance_;
   const double acceleration = std::min(before.acceleration, after.acceleration);

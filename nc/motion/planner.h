@@ -5,7 +5,8 @@
 //   the feed; |dq_i/ds| v <= speed_i; |dq_i/ds| a <= acceleration_i; v^2 / r <= 0.87 a on an arc.
 // At a corner the path is rounded by a circle that deviates by the tolerance d, so that
 //   v^2 <= a d c / (1 - c),  c = cos(half the angle between the directions),
-// and the program stops at a corner in exact stop mode, and in exact path mode unless the directions agree. Speeds then
+// and the program stops at a corner in exact stop mode, and in exact path mode unless the directions agree. Corners
+// between the lines of one move, and those of angles (a radian counts as a metre), are rounded likewise. Speeds then
 // follow from accelerating and braking as late as possible; jerk is not limited.
 
 #include <deque>

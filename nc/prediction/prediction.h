@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. Each
-// move gets the error at the pose where it ends. Between the ends of rows the thermal state is interpolated in time.
+// move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated.
 
 #include <functional>
 #include <memory>

@@ -170,6 +170,7 @@ void require_text(const std::filesystem::path& path) {
   if (!in) throw InputError(path.string(), "cannot be read", "an NC program");
   std::vector<char> part(1U << 16U);
   std::size_t line = 1, length = 0;
+  bool blank = true;
   constexpr std::size_t longest = 254;
   while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
     for (const char letter : std::string_view(part.data(), in.gcount())) {
@@ -179,15 +180,17 @@ void require_text(const std::filesystem::path& path) {
         throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),
                          "text: an NC program has no control characters");
       length = c == '\n' ? 0 : length + 1;
+      blank = blank && (c <= ' ' || c == end_of_text);
       if (length > longest)
         throw InputError(fmt::format("{}:{}", path.string(), line),
                          fmt::format("a line of more than {} characters", longest), "shorter lines");
       if (c == '\n') ++line;
     }
   }
+  if (blank) throw InputError(path.string(), "an empty file", "an NC program, which ends with M2, M30 or %");
 }
 
-[[noreturn]] void refuse(const Record& error, const std::string& file, const InterpreterOptions& options,
+[[noreturn]] void refuse(const Record& error, const std::string& file, const std::filesystem::path& folder,
                          const ControlProfile& control) {
   const std::string place = fmt::format("{}:{}", file, std::max<std::uint32_t>(error.line, 1));
   const std::string text(error.text);
@@ -195,8 +198,8 @@ void require_text(const std::filesystem::path& path) {
     case Stop::program:
       throw InputError(place, text, "what LinuxCNC's interpreter and the control profile '" + control.name + "' know");
     case Stop::file:
-      throw InputError(place, "the file " + text + " is outside of the program's folder, or cannot be read",
-                       "subprograms below " + options.program.parent_path().string());
+      throw InputError(place, "the file " + text + " is outside of the folder, or cannot be read",
+                       "programs and subprograms below " + folder.string());
     case Stop::moves:
       throw InputError(place, fmt::format("more than {:.0f} moves: does it end?", control.moves),
                        "a program that ends, or more limits.moves in the control profile");
@@ -232,6 +235,9 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
         "and build again");
   require_text(options.program);
   const std::filesystem::path program = std::filesystem::canonical(options.program);
+  if (!options.folder.empty() && !std::filesystem::is_directory(options.folder))
+    throw InputError(options.folder.string(), "is no folder",
+                     "a folder with the program and its subprograms (--folder)");
   const std::filesystem::path folder =
       options.folder.empty() ? program.parent_path() : std::filesystem::canonical(options.folder);
   for (const std::string& path : {program.string(), folder.string()})
@@ -242,7 +248,7 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
   std::uint32_t line = 0;
   bool ended = false;
   const std::function<void(const Record&)> look = [&](const Record& record) {
-    if (record.kind == Kind::error) refuse(record, file, options, control);
+    if (record.kind == Kind::error) refuse(record, file, folder, control);
     if (record.kind == Kind::file)
       file = record.text == program.string() ? options.program.string() : std::string(record.text);
     if (record.kind == Kind::block) line = record.line;
@@ -278,6 +284,8 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
     held -= used;
   }
   const int status = child.wait();
+  // Ctrl-C on a terminal ends the helper as well.
+  core::check_interrupt();
   if (!ended)
     throw InputError(fmt::format("{}:{}", file, std::max<std::uint32_t>(line, 1)),
                      WIFSIGNALED(status) ? fmt::format("the interpreter was ended by signal {}", WTERMSIG(status))

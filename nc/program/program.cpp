@@ -30,6 +30,12 @@ double unit_of(double length, int letter) { return is_angle(letter) ? units::deg
 
 }  // namespace
 
+double straight_length(const Nine& change) {
+  if (!change.head<3>().isZero(0)) return change.head<3>().norm();
+  if (!change.tail<3>().isZero(0)) return change.tail<3>().norm();
+  return change.segment<3>(3).norm();
+}
+
 Nine Frame::to_axes(const Nine& programmed) const {
   Nine p = programmed;
   for (int i = 0; i < 9; ++i) p[i] = p[i] * unit_of(unit, i) + g92[i];
@@ -74,7 +80,9 @@ public:
       case Kind::arc: arc(record); break;
       case Kind::offset: offset(record); break;
       case Kind::setting: setting(static_cast<Setting>(record.index), record.values[0], record.values[1]); break;
-      case Kind::marker: state_.tcp = record.text == tcp_on_marker; break;
+      case Kind::marker:
+        if (record.text == tcp_on_marker || record.text == tcp_off_marker) state_.tcp = record.text == tcp_on_marker;
+        break;
       default: break;
     }
   }
@@ -123,21 +131,12 @@ private:
 
   void emit(Move& move) {
     require_finite(move.to);
-    bool xyz = move.kind == MoveKind::arc, uvw = false;
     const Nine change = move.to - move.from;
-    if (move.kind != MoveKind::arc) {
-      double square = change.head<3>().squaredNorm();
-      xyz = square > 0.0;
-      if (!xyz) {
-        square = change.tail<3>().squaredNorm();
-        uvw = square > 0.0;
-      }
-      if (!xyz && !uvw) square = change.segment<3>(3).squaredNorm();
-      move.length = std::sqrt(square);
-    }
+    if (move.kind != MoveKind::arc) move.length = straight_length(change);
     position_ = move.to;
     if (!(move.length > 0.0)) return;
-    move.speed = path_speed(move, !xyz && !uvw);
+    move.speed =
+        path_speed(move, move.kind != MoveKind::arc && change.head<3>().isZero(0) && change.tail<3>().isZero(0));
     ++summary_.moves;
     ++(move.kind == MoveKind::traverse ? summary_.traverses
        : move.kind == MoveKind::arc    ? summary_.arcs
@@ -246,7 +245,7 @@ private:
 
   void set_spindle(double rpm) {
     if (rpm == state_.spindle_rpm) return;
-    state_.spindle_rpm = static_cast<float>(rpm);
+    state_.spindle_rpm = rpm;
     if (rpm != 0.0) pause(Pause::Kind::spindle, control_.spindle_start);
   }
 

@@ -26,7 +26,7 @@ struct MoveState {
   int tool = 0;             ///< in the spindle; 0: none
   int operation = 0;        ///< counts tool changes and program stops
   int part = 0;             ///< run of the program, from 0
-  float spindle_rpm = 0;    ///< negative: counterclockwise
+  double spindle_rpm = 0;   ///< negative: counterclockwise
   bool flood = false, mist = false;
   bool tcp = false;  ///< tool centre point control
 };
@@ -61,6 +61,9 @@ struct Move {
   double tolerance = 0;  ///< m, of continuous path; 0: none stated
   MoveState state;
 };
+
+/// Length of a straight move as the feed rate counts it: of X Y Z, else of U V W (m), else of A B C (rad).
+double straight_length(const Nine& change);
 
 /// Time without motion.
 struct Pause {

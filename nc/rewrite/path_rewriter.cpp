@@ -85,8 +85,15 @@ ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) c
   return number >= 1 && number <= lines->size() ? lines->line(number - 1) : ProgramLine{};
 }
 
-void PathRewriter::scan(Entry& entry) {
-  for (const Word& word : entry.line.words) {
+void PathRewriter::scan(Entry& entry, const ProgramLine& line) {
+  for (const Word& word : line.words) {
+    const auto rule = std::find_if(options_.words.begin(), options_.words.end(), [&](const WordRule& one) {
+      return one.letter == word.letter && !word.expression && std::abs(one.number - word.value) < 1e-6;
+    });
+    if (rule != options_.words.end() && &line == &entry.line) {
+      scan(entry, ProgramLine::parse(rule->by, ""));
+      continue;
+    }
     if (word.letter != 'G') continue;
     if (word.expression) refuse(entry, "a G word with an expression", "G and a number");
     const int code = static_cast<int>(std::lround(10.0 * word.value));
@@ -150,7 +157,7 @@ void PathRewriter::scan(Entry& entry) {
 void PathRewriter::settle(Entry& entry) {
   if (entry.settled || entry.skipped) return;
   entry.settled = true;
-  scan(entry);
+  scan(entry, entry.line);
 }
 
 void PathRewriter::block(const MoveState& state, const std::string& file, const Frame& frame) {
@@ -190,15 +197,13 @@ Eigen::Vector3d PathRewriter::displacement(const Move& move, const PredictedMove
     const int axis = machine.axis_index(axes[i]);
     const double offset = offsets[i];
     if (std::abs(offset) > options_.largest_offset)
-      throw core::InputError(fmt::format("{}:{}", name_, move.state.line),
-                             fmt::format("an offset of {:.1f} um of axis {}", offset / units::um, axes[i]),
+      throw core::InputError(place_, fmt::format("an offset of {:.1f} um of axis {}", offset / units::um, axes[i]),
                              fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
     positions[axis] += offset;
     const mesh::Axis& limits = machine.axes[axis];
     if (positions[axis] < limits.low - 1e-9 || positions[axis] > limits.high + 1e-9)
       throw core::InputError(
-          fmt::format("{}:{}", name_, move.state.line),
-          fmt::format("axis {} at {:.4f} mm with its offset", axes[i], positions[axis] / units::mm),
+          place_, fmt::format("axis {} at {:.4f} mm with its offset", axes[i], positions[axis] / units::mm),
           fmt::format("its travel, {:.4f} to {:.4f}", limits.low / units::mm, limits.high / units::mm));
   }
   return (motion_.values(positions, move, nominal) - nominal).head<3>();
@@ -304,6 +309,7 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   const Move& move = source.move;
   if (!placed_) at_ = move.from;
   placed_ = true;
+  place_ = entry.place;
   ++entry.done;
   if (entry.machine) {
     at_ = move.to;
@@ -460,8 +466,15 @@ void PathRewriter::emit(Entry& entry) {
       count(entry.text + end);
     return;
   }
+  if (!began_) {
+    // Lines before the first one that the interpreter reads, such as %.
+    for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(std::string(lines_.raw(i)));
+    began_ = true;
+  }
   if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
   if (entry.skipped && !entry.line.words.empty()) return;
+  if (entry.line.label && code_) return;  // of a subprogram
+  code_ = code_ || !entry.line.words.empty();
   if (entry.expected == 0)
     for (const Word& word : ProgramLine::parse(entry.text, "").words)
       if (word.expression)
@@ -488,12 +501,22 @@ void PathRewriter::predicted(const PredictedMove& move) {
 bool PathRewriter::finish() {
   if (!entries_.empty()) settle(entries_.back());
   flush();
-  if (flat_)
+  if (flat_) {
     for (; written_ < lines_.size(); ++written_) {
       out_(std::string(lines_.raw(written_)));
       ++summary_.lines_after;
     }
-  return summary_.largest_um > 0.05;
+  } else if (const std::string_view rest = core::trimmed(lines_.text());
+             began_ && rest.ends_with("\n%") && core::trimmed(lines_.raw(0)) == "%") {
+    out_("%\n");
+    ++summary_.lines_after;
+  }
+  if (summary_.largest_um > 0.05) return true;
+  const double largest = summary_.largest_um;
+  summary_ = {};
+  summary_.lines_before = summary_.lines_after = lines_.size();
+  summary_.largest_um = largest;
+  return false;
 }
 
 }  // namespace thermotwin::nc

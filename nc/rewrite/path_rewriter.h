@@ -21,6 +21,7 @@ namespace thermotwin::nc {
 struct RewriteOptions {
   double tolerance = 0.5e-6;     ///< m
   double largest_offset = 1e-3;  ///< m; beyond it the program is refused
+  std::vector<WordRule> words;   ///< of the control profile: the path takes what stands in their place
 };
 
 struct RewriteSummary {
@@ -61,7 +62,7 @@ private:
 
   ProgramLine line_of(const std::string& file, std::size_t number) const;
   void settle(Entry& entry);
-  void scan(Entry& entry);
+  void scan(Entry& entry, const ProgramLine& line);
   void flush();
   void emit(Entry& entry);
   void edit(Entry& entry, const PredictedMove& predicted);
@@ -83,6 +84,8 @@ private:
   std::function<void(const std::string&)> out_;
   RewriteSummary summary_;
   bool flat_ = true;                                   ///< every line runs once, in order
+  bool began_ = false, code_ = false;                  ///< a line, a line with words has left, where it is not flat
+  std::string place_;                                  ///< file:line of the move that is edited
   mutable std::map<std::string, ProgramText> others_;  ///< files of subprograms
   std::deque<Entry> entries_;
   std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat

@@ -33,6 +33,21 @@ std::size_t behind_expression(const std::string& text, std::size_t at) {
   return at;
 }
 
+/// Behind an expression that may begin with a function: sin[...], atan[...]/[...]. A name alone ends with itself.
+std::size_t behind_function(const std::string& text, std::size_t at) {
+  const auto blank = [&](std::size_t from) {
+    while (from < text.size() && is_space(text[from])) ++from;
+    return from;
+  };
+  if (!is_letter(text[at])) return behind_expression(text, at);
+  while (at < text.size() && is_letter(text[at])) ++at;
+  if (const std::size_t open = blank(at); open < text.size() && text[open] == '[') at = behind_expression(text, open);
+  const std::size_t slash = blank(at);
+  if (slash >= text.size() || text[slash] != '/') return at;
+  const std::size_t open = blank(slash + 1);
+  return open < text.size() && text[open] == '[' ? behind_expression(text, open) : at;
+}
+
 }  // namespace
 
 ProgramLine ProgramLine::parse(std::string text, std::string end) {
@@ -46,7 +61,7 @@ ProgramLine ProgramLine::parse(std::string text, std::string end) {
 void ProgramLine::read_words() {
   words.clear();
   code_end = 0;
-  control = assigns = false;
+  control = assigns = label = false;
   std::size_t i = 0;
   while (i < text.size()) {
     const char c = text[i];
@@ -63,13 +78,16 @@ void ProgramLine::read_words() {
     }
     if (!is_letter(c)) {
       ++i;
+      if (!is_space(c)) code_end = i;
       continue;
     }
     Word word;
     word.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     word.begin = i;
     if (word.letter == 'O') {
-      control = true;
+      const std::size_t behind = std::min(text.find_first_not_of("0123456789 \t", i + 1), text.size());
+      label = behind == text.size() || text[behind] == '(' || text[behind] == ';';
+      control = !label;
       break;
     }
     std::size_t at = i + 1;
@@ -79,8 +97,7 @@ void ProgramLine::read_words() {
                               (text[at + 1] == '[' || text[at + 1] == '#')) ||
                              is_letter(text[at]))) {
       word.expression = true;
-      while (at < text.size() && is_letter(text[at])) ++at;  // sin[...]
-      at = behind_expression(text, at);
+      at = behind_function(text, at);
     } else {
       // Numbers may have spaces inside: "X - 1 . 5".
       std::string number;
@@ -131,7 +148,7 @@ void ProgramLine::remove(const std::vector<std::pair<char, double>>& unwanted) {
   for (std::size_t k = words.size(); k-- > 0;) {
     const Word word = words[k];
     const bool gone = std::any_of(unwanted.begin(), unwanted.end(), [&](const auto& one) {
-      return one.first == word.letter && std::abs(one.second - word.value) < 1e-6;
+      return one.first == word.letter && !word.expression && std::abs(one.second - word.value) < 1e-6;
     });
     if (gone) text.erase(word.begin, word.end - word.begin);
   }

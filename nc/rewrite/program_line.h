@@ -23,6 +23,7 @@ struct ProgramLine {
   std::string end;   ///< "\n", "\r\n" or nothing
   std::vector<Word> words;
   bool control = false;      ///< an O-word: subprograms, loops, branches
+  bool label = false;        ///< an O-word with a number alone: the program's name
   bool assigns = false;      ///< sets a parameter
   std::size_t code_end = 0;  ///< behind the last word
 

@@ -56,14 +56,16 @@ ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const Ax
 
 bool ShiftRewriter::is_open(std::size_t line) const { return line < closed_.size() && !closed_[line]; }
 
-void ShiftRewriter::block(const MoveState& state, const std::string& file) {
+void ShiftRewriter::block(const MoveState& state, const std::string& file, const Frame& frame) {
   if (main_ && retracts_ && moves_in_line_ == 1 && line_ > last_ && is_open(line_)) {
     Section section;
     section.behind = line_;
+    section.unit = frame.unit;
     sections_.push_back(section);
     last_ = line_;
   }
   line_ = state.line;
+  unit_ = frame.unit;
   main_ = file == name_ && state.depth == 0;
   moves_in_line_ = 0;
   retracts_ = false;
@@ -82,6 +84,7 @@ void ShiftRewriter::move(const Move& move) {
     if (!main_)
       for (line = 1; line < closed_.size() && !closed_[line];) ++line;
     while (line > 1 && !is_open(line)) --line;
+    sections_.front().unit = unit_;
     sections_.front().behind = is_open(line) && line != line_ ? line : line - 1;
   }
   ++moves_in_line_;
@@ -126,7 +129,7 @@ std::string ShiftRewriter::finish() {
     const Eigen::Vector3d mean = section.sum / static_cast<double>(section.moves);
     Eigen::Vector3d& used = in_use.emplace(section.frame.work_number, Eigen::Vector3d::Zero()).first->second;
     if ((mean - used).cwiseAbs().maxCoeff() > options_.tolerance) {
-      const double unit = section.frame.unit;
+      const double unit = section.unit;
       const int decimals = unit > 0.01 ? 5 : 4;
       std::string text = fmt::format("G10 L2 P{}", section.frame.work_number);
       for (int i = 0; i < 3; ++i) {

@@ -2,7 +2,8 @@
 #pragma once
 // Puts updates of the work offset into the program, at retracted moves: behind a line whose one rapid move goes up
 // along Z alone, outside of loops and subprograms. An update holds the mean displacement of the cutting moves up to the
-// next one. It is written where it differs from the last by more than the tolerance; all other text stays.
+// next one, in the unit that holds at its place. It is written where it differs from the last by more than the
+// tolerance; all other text stays.
 
 #include <functional>
 #include <map>
@@ -17,7 +18,8 @@ class ShiftRewriter {
 public:
   ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion, const RewriteOptions& options);
 
-  void block(const MoveState& state, const std::string& file);
+  /// @param frame  before the line runs
+  void block(const MoveState& state, const std::string& file, const Frame& frame);
   void move(const Move& move);
   void predicted(const PredictedMove& move);
   /// @return the text with its updates
@@ -30,6 +32,7 @@ private:
   /// Moves between two places of an update.
   struct Section {
     std::size_t behind = 0;  ///< line that it follows
+    double unit = 1e-3;      ///< m, behind that line
     Frame frame;             ///< of its first cutting move
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
     long moves = 0;
@@ -46,6 +49,7 @@ private:
   std::vector<int> section_of_;      ///< of the moves that wait, in their order
   std::size_t next_ = 0;             ///< of the moves, to be predicted
   std::size_t line_ = 0, last_ = 0;  ///< present line; last one
+  double unit_ = 1e-3;               ///< m, before the present line
   int moves_in_line_ = 0;
   bool retracts_ = false, main_ = true;
   double largest_left_ = 0;

@@ -232,8 +232,9 @@ void MIST_OFF() {
 // --- the program
 
 void COMMENT(const char* text) {
-  if (std::strncmp(text, marker_prefix, std::strlen(marker_prefix)) == 0)
-    write_text(Kind::marker, 0, current_line(), text + std::strlen(marker_prefix));
+  if (std::strncmp(text, marker_prefix, std::strlen(marker_prefix)) != 0) return;
+  write_text(Kind::marker, 0, current_line(), text + std::strlen(marker_prefix));
+  block_ran();
 }
 void PROGRAM_STOP() { write_setting(Setting::stop, 0); }
 void OPTIONAL_PROGRAM_STOP() { write_setting(Setting::stop, 1); }

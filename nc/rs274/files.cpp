@@ -3,16 +3,15 @@
 
 #include <climits>
 
+#include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <dirent.h>
 #include <dlfcn.h>
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <wordexp.h>
 
 #include "nc/rs274/stream.h"
@@ -25,6 +24,8 @@ bool guarded = false;
 std::string allowed_folder, refused;
 std::vector<Rule> word_rules;
 std::vector<char*> texts;  // of rewritten files, kept to the end
+/// Stands for words that were left out, so that a line of them alone counts as executed.
+constexpr const char* left_out = "(thermotwin:left out)";
 
 bool is_python(const std::string& line) {
   for (std::size_t i = 0; i + 3 < line.size(); ++i) {
@@ -121,20 +122,17 @@ void guard_files(const std::string& folder, std::vector<Rule> rules) {
 const std::string& refused_file() { return refused; }
 
 std::string rewritten_line(const std::string& line, const std::vector<Rule>& rules) {
-  std::string out;
+  std::string out, marker;
   std::vector<const Rule*> met;
   bool named = false;
   std::size_t i = 0;
   while (i < line.size()) {
     const char c = line[i];
-    if (c == ';') {
-      out += line.substr(i);
-      break;
-    }
+    if (c == ';' || c == '\r' || c == '\n') break;
     if (c == '(') {
       const std::size_t close = line.find(')', i);
       out += line.substr(i, close == std::string::npos ? std::string::npos : close - i + 1);
-      if (close == std::string::npos) break;
+      if (close == std::string::npos) return out;
       i = close + 1;
       continue;
     }
@@ -145,27 +143,29 @@ std::string rewritten_line(const std::string& line, const std::vector<Rule>& rul
                       (i == 0 || std::isalpha(static_cast<unsigned char>(line[i - 1])) == 0);
     std::size_t digits = i + 1;
     while (digits < line.size() && (line[digits] == ' ' || line[digits] == '\t')) ++digits;
-    char* end = nullptr;
-    const bool number = word && digits < line.size() &&
-                        (std::isdigit(static_cast<unsigned char>(line[digits])) != 0 || line[digits] == '.');
-    const double value = number ? std::strtod(line.c_str() + digits, &end) : 0.0;
-    if (number) {
+    double value = 0.0;
+    // Digits and a point alone: strtod reads 0X45 of "G0X45" as a hexadecimal number.
+    const auto [end, error] = std::from_chars(line.data() + std::min(digits, line.size()), line.data() + line.size(),
+                                              value, std::chars_format::fixed);
+    if (word && digits < line.size() && line[digits] != '-' && error == std::errc()) {
       const Rule* rule = nullptr;
       for (const Rule& candidate : rules)
         if (candidate.letter == letter && candidate.number > value - 1e-6 && candidate.number < value + 1e-6)
           rule = &candidate;
       // Words that go with one before them.
       for (const Rule* before : met)
-        if (before->second.find(letter) != std::string::npos && before->action != Rule::Action::replace) rule = before;
-      const std::size_t length = end - (line.c_str() + i);
+        if (before->second.find(letter) != std::string::npos) rule = before;
+      const std::size_t length = end - (line.data() + i);
       if (rule != nullptr && rule->action == Rule::Action::refuse)
         throw line.substr(i, length) + (rule->text.empty() ? "" : " " + rule->text);
       if (rule != nullptr) {
         const bool own = rule->letter == letter && rule->number > value - 1e-6 && rule->number < value + 1e-6;
         if (own) {
           met.push_back(rule);
-          if (rule->action == Rule::Action::replace) out += rule->text;
-          if (rule->action == Rule::Action::mark) out += "(" + rule->text + ")";
+          const std::size_t comment = std::min(rule->text.find('('), rule->text.size());
+          if (rule->action == Rule::Action::replace) out += rule->text.substr(0, comment);
+          if (marker.empty() || comment < rule->text.size()) marker = rule->text.substr(comment);
+          if (marker.empty()) marker = left_out;
         }
         i += length;
         continue;
@@ -177,7 +177,8 @@ std::string rewritten_line(const std::string& line, const std::vector<Rule>& rul
     out += c;
     ++i;
   }
-  return out;
+  // The interpreter takes the last comment of a line only.
+  return out + marker + line.substr(std::min(i, line.size()));
 }
 
 }  // namespace thermotwin::nc::rs274

@@ -9,13 +9,13 @@
 
 namespace thermotwin::nc::rs274 {
 
-/// A word (letter and number) with what stands in its place: nothing, other words, or a comment.
+/// A word (letter and number) with what stands in its place: nothing, or other words and a marker.
 struct Rule {
-  enum class Action { skip, replace, mark, refuse } action;
+  enum class Action { skip, replace, refuse } action;
   char letter;         ///< upper case
   double number;       ///< of the word
   std::string second;  ///< letters of words that go with it: "H"
-  std::string text;    ///< replacement or marker
+  std::string text;    ///< replacement: words, then a comment for a marker; reason of a refusal
 };
 
 /// From here on files are guarded.
@@ -23,7 +23,8 @@ void guard_files(const std::string& folder, std::vector<Rule> rules);
 /// A file outside of the folder that was asked for, or empty.
 const std::string& refused_file();
 
-/// A line with its words replaced. Comments stay. @throws std::string for a word that is refused
+/// A line with its words replaced and a marker behind the comments, which stay.
+/// @throws std::string  for a word that is refused
 std::string rewritten_line(const std::string& line, const std::vector<Rule>& rules);
 
 }  // namespace thermotwin::nc::rs274

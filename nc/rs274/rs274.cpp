@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The helper process: reads a job from standard input, runs the program through LinuxCNC's interpreter and writes
 // records to standard output. A job is lines of
-//   program PATH | folder PATH | moves N | idle_blocks N | seconds N | bytes N | axes MASK | start x y z a b c u v w
+//   program PATH | folder PATH | moves N | idle_blocks N | seconds N | axes MASK | start x y z a b c u v w
 //   work NUMBER x y z a b c u v w rotation    (work offset 1 to 9, mm and deg)
 //   tool NUMBER x y z a b c u v w diameter front back orientation
 //   rule ACTION LETTER NUMBER SECOND TEXT     (SECOND - for none, TEXT to the end of the line)
@@ -45,7 +45,7 @@ using namespace thermotwin::nc::rs274;
 struct Job {
   std::string program, folder;
   Limits limits;
-  rlim_t seconds = 60, bytes = 0;
+  rlim_t seconds = 60;
   std::vector<Rule> rules;
   std::vector<std::string> before;  ///< lines that set the work offsets
 };
@@ -53,7 +53,6 @@ struct Job {
 Rule::Action action_of(const std::string& word) {
   if (word == "skip") return Rule::Action::skip;
   if (word == "replace") return Rule::Action::replace;
-  if (word == "mark") return Rule::Action::mark;
   return Rule::Action::refuse;
 }
 
@@ -68,7 +67,6 @@ Job read_job() {
     if (key == "moves") in >> job.limits.moves;
     if (key == "idle_blocks") in >> job.limits.idle_blocks;
     if (key == "seconds") in >> job.seconds;
-    if (key == "bytes") in >> job.bytes;
     if (key == "axes") {
       int mask = 0;
       in >> mask;
@@ -92,9 +90,12 @@ Job read_job() {
       in >> number;
       std::string text = "G10 L2 P" + std::to_string(number);
       for (const char letter : std::string("XYZABCUVWR")) {
-        std::string value;
+        double value = 0.0;
         in >> value;
-        if (value != "0") text += std::string(" ") + letter + value;
+        // Programs know no exponents.
+        char word[64];
+        std::snprintf(word, sizeof word, " %c%.9f", letter, value);
+        if (value != 0.0) text += word;
       }
       job.before.push_back(text);
     }
@@ -176,7 +177,6 @@ int main() {
   limit(RLIMIT_CPU, job.seconds);
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CORE, 0);
-  if (job.bytes > 0) limit(RLIMIT_AS, job.bytes);
   try {
     guard_files(job.folder, job.rules);
     run(*interpreter, job);

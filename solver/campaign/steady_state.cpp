@@ -40,9 +40,7 @@ public:
         direct_(thermal),
         coolants_(std::ssize(machine_.coolants)),
         rules_(coolants_),
-        cooling_(VectorXd::Zero(coolants_)) {
-    for (Index i = 0; i < coolants_; ++i) rules_[i] = rule_of(i);
-  }
+        cooling_(VectorXd::Zero(coolants_)) {}
 
   SteadyState solve() {
     SteadyState state;
@@ -144,6 +142,7 @@ private:
     if (coolants_ == 0) return {};
     MatrixXd at_readings = thermal_.sensors * solved;
     at_readings.col(0) += offsets_;
+    for (Index i = 0; i < coolants_; ++i) rules_[i] = rule_of(i);
     for (int tries = 0;; ++tries) {
       const VectorXd off = off_rule(at_readings, VectorXd::Zero(coolants_));
       MatrixXd slope(coolants_, coolants_);

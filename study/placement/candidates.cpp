@@ -106,10 +106,7 @@ std::vector<Place> sensor_places(const mesh::MachineMesh& mesh, const PlaceRules
     Thinned thinned(rules.spacing);
     for (const int node : skin) {
       const Eigen::Vector3d point = tets.points.col(node);
-      const bool inside = rules.box.size() != 2 ||
-                          ((point - rules.box[0]).minCoeff() >= 0.0 && (rules.box[1] - point).minCoeff() >= 0.0);
-      if (inside && !covered.contains(node) && thinned.take(point))
-        places.push_back({b, mesh.first_node[b] + node, point});
+      if (!covered.contains(node) && thinned.take(point)) places.push_back({b, mesh.first_node[b] + node, point});
     }
   }
   if (places.empty())

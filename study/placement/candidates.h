@@ -17,7 +17,6 @@ struct PlaceRules {
   std::vector<std::string> without;  ///< bodies and surfaces without sensors
   bool on_contacts = false;          ///< places on surfaces of joints, which the other side covers
   bool on_rotating = false;          ///< bodies carried by an endless axis, which no cable reaches
-  std::vector<Eigen::Vector3d> box;  ///< m, [low, high] in the home frame: only inside; empty: everywhere
 };
 
 struct Place {

@@ -12,19 +12,25 @@ namespace thermotwin::study {
 using Eigen::Index;
 
 std::vector<mesh::SensorSpec> placed_sensors(const mesh::Machine& machine, const std::vector<Place>& places) {
+  std::vector<mesh::SensorSpec> guides;
+  for (const mesh::SensorSpec& own : machine.sensors) {
+    if (std::any_of(machine.coolants.begin(), machine.coolants.end(),
+                    [&](const mesh::CoolantSpec& coolant) { return coolant.guide_sensor == own.id; }))
+      guides.push_back(own);
+  }
   std::vector<mesh::SensorSpec> sensors;
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  int number = 0;
+  for (const Place& place : places) {
     mesh::SensorSpec sensor;
-    sensor.id = fmt::format("S{}", i + 1);
-    sensor.body = machine.bodies[places[i].body].id;
-    sensor.point = places[i].point;
+    const auto taken = [&](const mesh::SensorSpec& guide) { return guide.id == sensor.id; };
+    do {
+      sensor.id = fmt::format("S{}", ++number);
+    } while (std::any_of(guides.begin(), guides.end(), taken));
+    sensor.body = machine.bodies[place.body].id;
+    sensor.point = place.point;
     sensors.push_back(sensor);
   }
-  for (const mesh::SensorSpec& own : machine.sensors) {
-    const bool guides = std::any_of(machine.coolants.begin(), machine.coolants.end(),
-                                    [&](const mesh::CoolantSpec& coolant) { return coolant.guide_sensor == own.id; });
-    if (guides) sensors.push_back(own);
-  }
+  sensors.insert(sensors.end(), guides.begin(), guides.end());
   return sensors;
 }
 

@@ -13,7 +13,8 @@
 
 namespace thermotwin::study {
 
-/// @return sensors at the places, "S1" ..., then those of the machine that a chiller follows, which stay
+/// @return sensors at the places, "S1" ..., then those of the machine that a chiller follows, whose ids are not given
+/// again
 std::vector<mesh::SensorSpec> placed_sensors(const mesh::Machine& machine, const std::vector<Place>& places);
 
 /// The case with these sensors; its machine has a hash of its own, since its text has others.

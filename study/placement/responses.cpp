@@ -7,7 +7,6 @@
 #include "compensation/online/uncertain_quantities.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
-#include "core/units.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "reduction/model/reduced_simulation.h"
 #include "study/plan/items.h"
@@ -21,7 +20,6 @@ namespace {
 
 constexpr Kind ratio_kinds[] = {Kind::source_power,     Kind::film_coefficient, Kind::contact_conductance,
                                 Kind::coolant_coupling, Kind::coolant_flow,     Kind::volume_exchange};
-constexpr double air_memory_s = 6.0 * core::units::hour, ambient_memory_s = 24.0 * core::units::hour;
 
 std::vector<Eigen::VectorXd> states_of(const reduction::ReducedModel& model, const mesh::Machine& machine,
                                        const solver::LoadProgram& load) {
@@ -50,8 +48,7 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
   for (const compensation::UncertainQuantity& quantity : compensation::uncertain_quantities(model)) {
     if (quantity.ambient < 0) continue;
     const std::string& id = machine.ambients[quantity.ambient].id;
-    found.push_back({diagnosis::make_parameter(Kind::ambient_offset, id), quantity.std,
-                     id == "air" ? air_memory_s : ambient_memory_s});
+    found.push_back({diagnosis::make_parameter(Kind::ambient_offset, id), quantity.std, quantity.memory});
   }
   return found;
 }

@@ -22,7 +22,7 @@ struct UncertainParameter {
   double memory = 0;  ///< s, time constant of the return to the prior
 };
 
-/// @return the parameters that the observer estimates too: all with a std_percent, and the surroundings
+/// @return all with a std_percent, and the surroundings with the prior that the observer has of them
 std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedModel& model);
 
 /// One load program.

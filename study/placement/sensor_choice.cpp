@@ -107,10 +107,10 @@ std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) 
   return sensors;
 }
 
-std::vector<int> SensorChoice::chosen(int count) const {
-  const std::vector<int> first = exchanged(greedy(count));
-  std::vector<int> more = greedy(static_cast<int>(std::min<Index>(count + 3, places_)));
-  while (std::ssize(more) > count) {
+std::vector<int> SensorChoice::chosen(const std::vector<int>& greedy) const {
+  const std::vector<int> first = exchanged(greedy);
+  std::vector<int> more = this->greedy(static_cast<int>(std::min<Index>(std::ssize(greedy) + 3, places_)), greedy);
+  while (more.size() > greedy.size()) {
     std::size_t least = 0;
     double left = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < more.size(); ++i) {

@@ -42,8 +42,9 @@ public:
 
   /// @param count  of sensors  @param taken  places to begin with, which stay
   std::vector<int> greedy(int count, const std::vector<int>& taken = {}) const;
-  /// The best of two starts after exchanges: greedy, and greedy with three more of which the least valuable leave.
-  std::vector<int> chosen(int count) const;
+  /// The best of two starts after exchanges: these, and these with three more of which the least valuable leave.
+  /// @param greedy  of greedy()
+  std::vector<int> chosen(const std::vector<int>& greedy) const;
   /// @param fixed  how many of the first stay
   std::vector<int> exchanged(std::vector<int> sensors, int fixed = 0) const;
 

@@ -2,35 +2,11 @@
 #include "study/plan/distribution.h"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace thermotwin::study {
-namespace {
-
-double normal_share(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
-
-}  // namespace
-
-double normal_quantile(double share) {
-  // On the lower tail, which erfc resolves to its last digits.
-  const bool upper = share > 0.5;
-  const double tail = upper ? 1.0 - share : share;
-  if (!(tail > 0.0)) return upper ? 40.0 : -40.0;
-  double low = -40.0, high = 0.0;
-  for (int i = 0; i < 30; ++i) {
-    const double middle = 0.5 * (low + high);
-    (normal_share(middle) < tail ? low : high) = middle;
-  }
-  double x = 0.5 * (low + high);
-  for (int i = 0; i < 3; ++i) {
-    const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
-    if (density > 0.0) x -= (normal_share(x) - tail) / density;
-  }
-  return upper ? -x : x;
-}
-
 Distribution Distribution::fixed(std::vector<double> values) {
   Distribution made;
   made.spread = Spread::values;
@@ -62,8 +38,10 @@ double Distribution::at(double share) const {
     return values[std::min(place, values.size() - 1)];
   }
   if (spread == Spread::uniform) return low + share * (high - low);
-  const double outside = normal_share(-most_deviations);
-  return std::clamp(mean + std * normal_quantile(outside + share * (1.0 - 2.0 * outside)), low, high);
+  const boost::math::normal standard;
+  const double outside = boost::math::cdf(standard, -most_deviations);
+  const double deviations = boost::math::quantile(standard, outside + share * (1.0 - 2.0 * outside));
+  return std::clamp(mean + std * deviations, low, high);
 }
 
 Polynomials::Polynomials(const Distribution& distribution) {
@@ -80,7 +58,6 @@ Polynomials::Polynomials(const Distribution& distribution) {
     third += p * p * p / points;
     fourth += p * p * p * p / points;
   }
-  constant = 1.0;
   linear = third;
   square = std::sqrt(std::max(fourth - third * third - 1.0, 1e-12));
 }

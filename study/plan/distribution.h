@@ -9,9 +9,6 @@ namespace thermotwin::study {
 /// Largest deviation of a normal distribution here, in standard deviations; a larger one would be a fault.
 inline constexpr double most_deviations = 2.5;
 
-/// @return the standard normal quantile, by bisection and Newton's method on erfc  @param share  in (0, 1)
-double normal_quantile(double share);
-
 enum class Spread {
   values,   ///< fixed values, of which every combination is computed
   uniform,  ///< between low and high
@@ -35,14 +32,14 @@ struct Distribution {
 
 /// Polynomials of degree 1 and 2 that are orthonormal in a distribution, for regression.
 struct Polynomials {
-  double centre = 0, scale = 1;                 ///< p1(x) = (x - centre) / scale
-  double constant = 0, linear = 0, square = 1;  ///< p2 = (p1^2 - linear p1 - constant) / square
+  double centre = 0, scale = 1;   ///< p1(x) = (x - centre) / scale
+  double linear = 0, square = 1;  ///< p2 = (p1^2 - linear p1 - 1) / square
 
   explicit Polynomials(const Distribution& distribution);
   double first(double x) const { return (x - centre) / scale; }
   double second(double x) const {
     const double p = first(x);
-    return (p * p - linear * p - constant) / square;
+    return (p * p - linear * p - 1.0) / square;
   }
 };
 

@@ -92,32 +92,30 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
   const KindRow& row = kind_of(node);
   const std::vector<Item> items = items_of(machine, row.kind);
   const std::optional<Distribution> own = stated(node, row);
-  std::vector<std::string> ids;
+  std::vector<Item> meant;
   for (const std::string& id : node.texts("where")) {
     if (id != "*") {
-      find_item(items, id, node, row);
-      ids.push_back(id);
+      meant.push_back(find_item(items, id, node, row));
       continue;
     }
-    const std::size_t before = ids.size();
+    const std::size_t before = meant.size();
     for (const Item& item : items)
-      if (item.std_percent > 0.0) ids.push_back(item.id);
-    if (ids.size() == before) {
+      if (item.std_percent > 0.0) meant.push_back(item);
+    if (meant.size() == before) {
       throw core::InputError(node.place("where"), "'*'",
                              "ids: no item of " + row.name + " has a std_percent in " + machine.path.string());
     }
   }
-  if (ids.empty()) throw core::InputError(node.place("where"), "no id", "one id or more, or *");
-  for (const std::string& id : ids) {
+  if (meant.empty()) throw core::InputError(node.place("where"), "no id", "one id or more, or *");
+  for (const auto& [id, std_percent] : meant) {
     StudyParameter made;
     made.parameter = diagnosis::make_parameter(row.kind, id);
     made.name = row.name + ":" + id;
-    const double std = find_item(items, id, node, row).std_percent / 100.0;
-    if (!own && !(std > 0.0)) {
+    if (!own && !(std_percent > 0.0)) {
       throw core::InputError(node.place("where"), "'" + id + "' has no std_percent in " + machine.path.string(),
                              "values, range, std_percent or std beside it");
     }
-    made.distribution = own ? *own : Distribution::normal(1.0, std);
+    made.distribution = own ? *own : Distribution::normal(1.0, std_percent / 100.0);
     if (made.distribution.is_drawn() && made.parameter.ratio)
       made.distribution.low = std::max(made.distribution.low, row.low);
     for (const StudyParameter& other : parameters) {
@@ -148,7 +146,7 @@ StudyPlan read_variant_plan(const fs::path& path) {
   root.schema(1);
   StudyPlan plan;
   plan.path = path;
-  plan.title = root.text_or("title", "");
+  plan.title = root.text("title");
   const fs::path folder = path.parent_path();
   plan.machine_case = solver::read_case(folder / root.text("case"));
   if (!plan.machine_case.machine.has_tcp()) {
@@ -164,11 +162,11 @@ StudyPlan read_variant_plan(const fs::path& path) {
     if (!sizes.insert(size).second) throw core::InputError(root.place("size"), "'" + size + "' twice", "each once");
   }
   if (plan.sizes.empty()) throw core::InputError(root.place("size"), "no size", "one size or more");
-  plan.samples = root.integer_or("samples", 0, 0, 100000);
-  const std::string word = root.choice_or("sampling", "latin");
+  plan.samples = root.integer("samples");
+  const std::string word = root.choice("sampling");
   plan.sampling = word == "random" ? Sampling::random : word == "pick_freeze" ? Sampling::pick_freeze : Sampling::latin;
-  plan.seed = root.integer_or("seed", 1, 0, 2147483647);
-  plan.block = root.integer_or("block", 12, 1, 1000);
+  plan.seed = root.integer("seed");
+  plan.block = root.integer("block");
   for (const core::Node& node : root.tables("parameter"))
     add_parameters(node, plan.machine_case.machine, plan.parameters);
   root.finish();

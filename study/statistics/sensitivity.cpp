@@ -30,7 +30,7 @@ VectorXd jackknife(const MatrixXd& without) {
   return ((n - 1.0) / n * (without.rowwise() - mean).colwise().squaredNorm()).cwiseSqrt().transpose();
 }
 
-/// Sums over samples that the estimators are made of: 3 of the variance, then 2 for each parameter.
+/// @param sums  over samples, that the estimators are made of: 2 of the variance, then 2 for each parameter
 VectorXd shares_of(const VectorXd& sums, double n, int parameters) {
   // Variance of A and B together; the mean was taken away over all of them.
   const double variance = std::max((sums[0] - sums[1] / (2.0 * n)) / (2.0 * n - 1.0), 1e-300);
@@ -42,7 +42,7 @@ VectorXd shares_of(const VectorXd& sums, double n, int parameters) {
   return shares;
 }
 
-/// A pair of parameters and how much its product explains.
+/// Two parameters, by their indices.
 struct Pair {
   int i, j;
 };

@@ -10,9 +10,8 @@
 namespace thermotwin::study {
 
 struct SlurmJob {
-  std::string name;              ///< of the study
-  std::string program;           ///< path of thermotwin, for all hosts
-  std::string command;           ///< words after the program, quoted for a shell, without --part and --gather
+  std::string name;     ///< of the study
+  std::string command;  ///< the program for all hosts and its words, quoted for a shell, up to --part or --gather
   std::filesystem::path folder;  ///< for scripts and logs, absolute, shared by all hosts
   int tasks = 1;                 ///< of the array
   int threads = 1;               ///< a task
@@ -25,8 +24,8 @@ struct SlurmJob {
 std::string array_script(const SlurmJob& job);
 /// The gathering job.
 std::string gather_script(const SlurmJob& job);
-/// Submits both; needs sbatch.
-std::string submit_script(const SlurmJob& job);
+/// Submits both from its own folder; needs sbatch.
+std::string submit_script();
 
 /// Writes array.sbatch, gather.sbatch and submit.sh. @throws InputError
 void write_slurm(const SlurmJob& job);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/html_page.h"
 #include "core/plot.h"
@@ -31,15 +30,6 @@ VectorXd at_pose(const core::Table& table, const std::string& column, Index pose
 }
 
 }  // namespace
-
-std::vector<std::size_t> by_total(const Sensitivity& sensitivity) {
-  std::vector<std::size_t> order(sensitivity.total.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return sensitivity.total[a].value > sensitivity.total[b].value;
-  });
-  return order;
-}
 
 std::string quantiles_svg(const LoadStudy& load, Index pose, Index poses) {
   const VectorXd hours = at_pose(load.quantiles, "time_s", pose, poses) / core::units::hour;

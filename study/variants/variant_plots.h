@@ -18,7 +18,4 @@ std::string quantiles_svg(const LoadStudy& load, Eigen::Index pose, Eigen::Index
 /// @param most  parameters at most
 std::string shares_svg(const std::vector<std::string>& names, const Sensitivity& sensitivity, std::size_t most);
 
-/// Indices of the parameters, the largest total share first.
-std::vector<std::size_t> by_total(const Sensitivity& sensitivity);
-
 }  // namespace thermotwin::study

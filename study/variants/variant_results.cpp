@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -196,15 +197,21 @@ core::Table variants_table(const StudyPlan& plan, const Design& design) {
 
 }  // namespace
 
-std::vector<int> that_matter(const Sensitivity& sensitivity) {
-  std::vector<int> found;
-  for (std::size_t p = 0; p < sensitivity.total.size(); ++p) {
-    const Share& total = sensitivity.total[p];
-    if (total.value >= share_that_matters && total.low > 0.0) found.push_back(p);
-  }
-  std::sort(found.begin(), found.end(),
-            [&](int a, int b) { return sensitivity.total[a].value > sensitivity.total[b].value; });
-  return found;
+std::vector<std::size_t> by_total(const Sensitivity& sensitivity) {
+  std::vector<std::size_t> order(sensitivity.total.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return sensitivity.total[a].value > sensitivity.total[b].value;
+  });
+  return order;
+}
+
+std::vector<std::size_t> that_matter(const Sensitivity& sensitivity) {
+  std::vector<std::size_t> order = by_total(sensitivity);
+  std::erase_if(order, [&](std::size_t p) {
+    return sensitivity.total[p].value < share_that_matters || !(sensitivity.total[p].low > 0.0);
+  });
+  return order;
 }
 
 VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design,

@@ -40,10 +40,13 @@ struct VariantStudy {
   std::vector<std::string> missing;  ///< units without results, in words
 };
 
+/// @return indices of the drawn parameters, the largest total share first
+std::vector<std::size_t> by_total(const Sensitivity& sensitivity);
+
 /// A parameter that matters: its total share is at least this, and its interval excludes 0.
 inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
-std::vector<int> that_matter(const Sensitivity& sensitivity);
+std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);
 
 /// @param study  folder of the study
 VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,

@@ -13,6 +13,7 @@
 #include <tuple>
 #include <unistd.h>
 
+#include "tests/cases/nc_programs.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
@@ -191,6 +192,22 @@ TEST(OutOfMemory, EndsWithAMessage) {
     }
   }
   EXPECT_GT(failed, 0) << "none of the limits was one";
+}
+
+// A program that reads long, and one that stands long: no file appears, and the helper ends as well.
+TEST(Interrupt, AnNcProgram) {
+  if (!has_interpreter()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
+  const Toy toy;
+  toy.write("reads.ngc", "G21 G90\no1 while [1]\nG0 X1\nG0 X2\no1 endwhile\nM2\n");
+  toy.write("stands.ngc", "G21 G90\nG4 P1000000000\nM2\n");
+  for (const char* name : {"reads.ngc", "stands.ngc"}) {
+    Program program({"nc", toy.file("machine.toml"), toy.file(name), "--out", toy.out()});
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    ASSERT_TRUE(program.is_running()) << name;
+    program.send(SIGINT);
+    expect_interrupted(program.wait());
+    EXPECT_TRUE(files_in(toy.out()).empty()) << name;
+  }
 }
 
 // A control that is switched off sends no more rows: the compensator must not wait for one.

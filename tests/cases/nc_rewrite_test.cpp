@@ -136,8 +136,11 @@ TEST_F(NcRewrite, ZeroOffsetKeepsEveryByte) {
       "%\r\nN1 g21 G90 (start)\r\n o10 sub\nG91 G1 X 1.50 F100\nG90\no10 endsub\n#1 = 3\nG0 X#1 Y[1+1]\no10 call\n"
       "G81 X5 Y5 Z40 R45 F200\nG80\n/ G1 X 1\n; end\nM2\n%";
   for (const char* how : {"path", "shift"}) {
-    run(text, "zero", {"--rewrite", how, "--start-C", "20"});
+    const json summary = run(text, "zero", {"--rewrite", how, "--start-C", "20"})["rewrite"];
     EXPECT_EQ(corrected("zero"), text) << how;
+    EXPECT_EQ(summary["changed"], 0) << how;
+    EXPECT_EQ(summary["cycles_written_out"], 0) << how;
+    EXPECT_EQ(summary["lines_after"], summary["lines_before"]) << how;
   }
 }
 
@@ -221,13 +224,43 @@ TEST_F(NcRewrite, TextOfALineStays) {
   EXPECT_EQ(text[4] + text[5] + text[6], "M9 (off)M5M2");
 }
 
+// Name, percent signs and words of the control stay, in a program of one pass and in one that is written out; what does
+// not run is left out there.
+TEST_F(NcRewrite, NamesAndWordsOfTheControlStay) {
+  const std::vector<std::string> how = {"--control", "fanuc", "--rewrite",   "path",
+                                        "--start-C", "26",    "--tolerance", "50"};
+  run("%\nO1234 (part)\nG21 G90\nG5.1 Q1 R5 (fast)\nG0 X10. Y0 Z50.\nG1 X20. F500\nG5.1 Q0\nM30\n%\n", "name", how);
+  std::string text = corrected("name");
+  EXPECT_TRUE(text.starts_with("%\nO1234 (part)\nG21 G90\nG5.1 Q1 R5 (fast)\nG0 X10.0")) << text;
+  EXPECT_TRUE(text.ends_with("G5.1 Q0\nM30\n%\n")) << text;
+  run("%\nO1234 (part)\nG21 G90\n#1 = 5\nG5.1 Q1\nG0 X#1 Y0 Z50.\no1 if [0]\nG5.1 Q1 R7\no1 endif\nG1 X20. F500\n"
+      "M98 P7\nM30\nO7\nG1 X30.\nG5.1 Q0\nM99\n%\n",
+      "loops", how);
+  text = corrected("loops");
+  EXPECT_TRUE(text.starts_with("%\nO1234 (part)\nG21 G90\nG5.1 Q1\nG0 X5.00")) << text;
+  EXPECT_TRUE(text.ends_with("\nG5.1 Q0\nM30\n%\n")) << text;
+  EXPECT_EQ(text.find("R7"), std::string::npos) << text;
+  EXPECT_EQ(text.find("O7"), std::string::npos) << text;
+}
+
+// Moves in the machine's own coordinates stay, and a block in inverse time takes its time in parts as well.
+TEST_F(NcRewrite, MachineCoordinatesAndInverseTimeAreRespected) {
+  const json summary = run("G21 G90\nG0 X-110 Z60\nG53 G0 X0\nG53 G0 X-110\nG93 G1 X110 Y35 Z90 F2\nG94\nM2\n",
+                           "inverse", {"--rewrite", "path", "--start-C", "30", "--tolerance", "0.3"});
+  EXPECT_GE(summary["rewrite"]["split"], 1);
+  EXPECT_NE(corrected("inverse").find("\nG53 G0 X0\nG53 G0 X-110\n"), std::string::npos) << corrected("inverse");
+  const json again = run(corrected("inverse"), "again", {"--start-C", "30"});
+  EXPECT_NEAR(again["cutting_s"].get<double>(), summary["cutting_s"].get<double>(), 0.02);
+}
+
 // Loops, subprograms, parameters, incremental words and a drilling cycle are written out.
 TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
   const std::string text =
       "G21 G90\no1 sub\nG91 G1 X2 F500\nY1\nG90\no1 endsub\n#1 = 0\nG0 X-60 Y-20 Z60\no2 while [#1 lt 4]\nG1 Z[60 - "
       "#1] "
       "F[300 + #1]\no1 call\n#1 = [#1 + 1]\no2 endwhile\no3 if [#1 gt 9]\nG91\nG1 "
-      "X5\no3 else\nG1 X[#1 + 1]\no3 endif\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG0 Z70\nM2\n";
+      "X5\no3 else\nG1 X[#1 + 1]\no3 endif\nG0 X0\nG99 G81 X10 Y10 Z30 R55 F200\nX20\nG80\nG91 G81 X5 Z-5 R2 "
+      "F200\nX5\nG80\nG1 X3\nG90\nG0 Z70\nM2\n";
   run(text, "loops", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
   run(corrected("loops"), "again", {"--start-C", "26"});
   expect_displaced("loops", "again", 1.2e-4);
@@ -289,6 +322,23 @@ TEST_F(NcRewrite, ShiftUpdatesTheWorkOffsetAtRetracts) {
               summary["rewrite"]["largest_deviation_um"].get<double>() + 0.1)
         << i;
     EXPECT_GT(offset_mm(a, i).norm(), 2e-3);
+  }
+}
+
+// An update is written in the unit that holds at its place, whatever unit follows.
+TEST_F(NcRewrite, ShiftKnowsTheUnitAtEachUpdate) {
+  const std::string text =
+      "G21 G90\nG0 X-80 Y-30\nG1 Z20 F500\nX-60\nG0 Z90\nG20\nX4 Y1.2\nG1 Z2.8 F20\nX4.3\nG0 Z3.7\nM2\n";
+  const json summary = run(text, "units", {"--rewrite", "shift", "--start-C", "28"});
+  EXPECT_EQ(summary["rewrite"]["changed"], 2) << corrected("units");
+  run(corrected("units"), "again", {"--start-C", "28"});
+  const core::Table a = blocks("units"), b = blocks("again");
+  ASSERT_EQ(a.rows(), b.rows());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    if (a.column("rapid")[i] != 0) continue;
+    EXPECT_LT((position(b, i) - position(a, i) - offset_mm(a, i)).cwiseAbs().maxCoeff() * 1e3,
+              summary["rewrite"]["largest_deviation_um"].get<double>() + 0.1)
+        << i;
   }
 }
 

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/config.h"
 #include "core/table.h"
 #include "tests/cases/nc_programs.h"
 #include "tests/cases/toy.h"
@@ -27,7 +28,7 @@ protected:
   void SetUp() override {
     if (!has_interpreter()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
   }
-  /// Runs a program on the toy's machine.txt without a model. @return the summary
+  /// Runs a program on the toy's machine.toml without a model. @return the summary
   json loads(const std::string& text, std::vector<std::string> more = {}) {
     toy.write("part.ngc", text);
     std::vector<std::string> arguments = {"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--json"};
@@ -120,19 +121,23 @@ TEST_F(Nc, RowsHaveTheMeansOfSpindleFluidAndPauses) {
   EXPECT_NEAR(rpm[2], 6000, 1e-6);
   EXPECT_NEAR(fluid[1], 0.0, 1e-9);
   EXPECT_NEAR(fluid[3], 1.0, 1e-9);
+  const core::Table operations = core::read_csv(toy.result("operations.csv"));
+  ASSERT_EQ(operations.rows(), 1);
+  EXPECT_NEAR(operations.column("fluid_share")[0], 5.0 / 15.0, 1e-5);
+  EXPECT_NEAR(operations.column("mean_spindle_rpm")[0], 6000 * 11.0 / 15.0, 0.1);
 }
 
 // Work offset, rotation, inches and a tool length end in the axes' own coordinates.
 TEST_F(Nc, OffsetsUnitsAndRotationReachTheAxes) {
   toy.write("control.toml",
             "schema = 1\n[[tool]]\nnumber = 1\nlength_mm = 12\n[[work_offset]]\nnumber = 2\nX_mm = 10\nY_mm = -5\n"
-            "Z_mm = 20\nrotation_deg = 90\n");
+            "Z_mm = 20.00001\nC_deg = 0.00001\nrotation_deg = 90\n");
   loads("G21 G90\nT1 M6\nG43 H1\nG55\nG20\nG0 X1 Y0 Z1\nM2\n", {"--control", toy.file("control.toml")});
   const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
   const Eigen::Index last = rows.rows() - 1;
   EXPECT_NEAR(rows.column("axis.X.position_mm")[last], 10.0, 1e-9);
   EXPECT_NEAR(rows.column("axis.Y.position_mm")[last], -5.0 + 25.4, 1e-9);
-  EXPECT_NEAR(rows.column("axis.Z.position_mm")[last], 20.0 + 25.4 + 12.0, 1e-9);
+  EXPECT_NEAR(rows.column("axis.Z.position_mm")[last], 20.00001 + 25.4 + 12.0, 1e-9);
 }
 
 // Tool centre point control: the rotated table carries the point away, and the linear axes follow it. The toy's B
@@ -164,6 +169,163 @@ TEST_F(Nc, FanucsWordsAreMapped) {
   const Result tilted = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", "fanuc"});
   EXPECT_EQ(tilted.status, 3);
   for (const char* words : {"part.ngc:3", "G68.2", "tilted working plane"}) EXPECT_SAYS(tilted.err, words);
+}
+
+// Without blanks, a coordinate behind a G word is no part of its number.
+TEST_F(Nc, WordsNeedNoBlanks) {
+  for (const char* control : {"linuxcnc", "fanuc"}) {
+    const json summary = loads("G21G90\nG0X5Y1\nG0X45\nG0X8.\nM2\n", {"--control", control});
+    EXPECT_EQ(summary["moves"], 3) << control;
+    EXPECT_NEAR(summary["travel"]["X_mm"].get<double>(), 45 + 37, 1e-9) << control;
+  }
+}
+
+// Words of the profile stand beside comments and words that are left out with them.
+TEST_F(Nc, WordsOfAProfileHoldBesideComments) {
+  toy.write("control.toml",
+            "schema = 1\n[[word]]\nword = \"G43.4\"\naction = \"tcp_on\"\nby = \"G43\"\nwith = \"Q\"\n"
+            "[[word]]\nword = \"M21\"\naction = \"skip\"\n[[tool]]\nnumber = 1\nlength_mm = 40\n");
+  const auto travel = [&](const std::string& behind) {
+    return loads("G21 G90\nT1 M6\nG0 Z60\nG43.4 H1" + behind + "\nG0 X30 Y0 Z10\nG1 B30 C90 F1000\nM2\n",
+                 {"--control", toy.file("control.toml")})["travel"]["X_mm"]
+        .get<double>();
+  };
+  const double alone = travel("");
+  EXPECT_GT(alone, 31.0) << "X follows the table";
+  for (const char* behind : {" (tool 1)", " ; tool 1", " Q2 (tool 1) M21 (clamp)", " M21", " (tool 1)\r"})
+    EXPECT_NEAR(travel(behind), alone, 1e-9) << behind;
+}
+
+// Exact path mode stops at the ends of moves, not between the lines that tool centre point control makes of one.
+TEST_F(Nc, ExactPathDoesNotStopWithinAMove) {
+  toy.write("control.toml", "schema = 1\n[[word]]\nword = \"M428\"\naction = \"tcp_on\"\n");
+  const auto duration = [&](const std::string& mode) {
+    return loads("G21 G90 " + mode + "\nG0 Z60\nM428\nG0 X30\nG1 B30 C90 F1000\nX10 B10 C0\nM2\n",
+                 {"--control", toy.file("control.toml")})["duration_s"]
+        .get<double>();
+  };
+  EXPECT_NEAR(duration("G61"), duration("G61.1"), 1e-9);
+  EXPECT_LT(duration("G64 P0.02"), duration("G61"));
+}
+
+// Switched on with the table tilted, a move begins where the axes are: at X -65, Z 42.58 of the workpiece.
+TEST_F(Nc, ToolCentrePointControlBeginsWhereTheAxesAre) {
+  toy.write("control.toml", "schema = 1\n[[word]]\nword = \"M428\"\naction = \"tcp_on\"\n");
+  const json summary = loads("G21 G90 G61.1\nG0 Z60\nG0 B30\nM428\nG1 X30 Y0 Z60 B30 C0 F600\nM2\n",
+                             {"--control", toy.file("control.toml")});
+  const double length = std::hypot(30.0 + 130.0 * std::sin(pi / 6), 60.0 + 70.0 - 130.0 * std::cos(pi / 6));
+  EXPECT_NEAR(summary["cutting_s"].get<double>(), length / 10.0, 5e-3);
+  const json turn = loads("G21 G90\nM428\nG0 X30\nG1 C360 F3600\nM2\n", {"--control", toy.file("control.toml")});
+  EXPECT_NEAR(turn["travel"]["X_mm"].get<double>(), 30.0 + 4 * 30.0, 0.01) << "the table carries the point round";
+  EXPECT_NEAR(turn["travel"]["Y_mm"].get<double>(), 4 * 30.0, 0.01);
+}
+
+// Each part begins where the one before ended.
+TEST_F(Nc, PartsFollowOneAnother) {
+  loads("G21 G91\nG0 X10\nM2\n", {"--repeat", "3"});
+  const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
+  EXPECT_NEAR(rows.column("axis.X.position_mm")[rows.rows() - 1], 30.0, 1e-9);
+}
+
+// A revolution, a helix, a thread and an arc that its radius limits: durations by hand, but for the acceleration.
+TEST_F(Nc, FeedsOfAllKindsTakeTheirTime) {
+  const auto cutting = [&](const std::string& text) {
+    return loads("G21 G90 G61.1\nM3 S600\nG0 Z50\n" + text + "\nM2\n")["cutting_s"].get<double>();
+  };
+  EXPECT_NEAR(cutting("G95 G1 X50 F0.5"), 10.0, 0.01);
+  EXPECT_NEAR(cutting("G3 X0 Y20 Z80 J10 F600"), std::hypot(10.0 * pi, 30.0) / 10.0, 0.02);
+  EXPECT_NEAR(cutting("G33.1 Z40 K1"), 2.0, 0.02);
+  const double speed = std::sqrt(0.87 * 3.0 * 1e-3);
+  EXPECT_GE(cutting("G3 I1 F20000"), 2.0 * pi * 1e-3 / speed);
+}
+
+TEST_F(Nc, TheSpindleStartsOnce) {
+  EXPECT_NEAR(loads("G21 G90\nM3 S1000.1\nS1000.1\nM3\nS1000.1\nM2\n")["pause_s"].get<double>(), 1.0, 1e-9);
+  EXPECT_NEAR(loads("G21 G90\nM3 S1000.1\nS2000\nM2\n")["pause_s"].get<double>(), 2.0, 1e-9);
+}
+
+// Rounding of times makes no row, and load.toml is read whatever the program's name.
+TEST_F(Nc, EveryRowIsAPhase) {
+  toy.write("a\"b\\c.ngc", "G21 G90\nG4 P0.1\nG4 P0.1\nG4 P0.1\nM2\n");
+  const Result result = toy.run({"nc", toy.file("machine.toml"), toy.file("a\"b\\c.ngc"), "--row-s", "0.3"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const core::Config load = core::Config::load(toy.result("load.toml"));
+  EXPECT_EQ(load.root().text("title"), "a\"b\\c");
+  EXPECT_EQ(load.root().tables("phase").size(), 1U);
+  const core::Table rows = core::parse_csv(after_first_line(read(toy.result("rows.csv"))), "rows.csv");
+  EXPECT_EQ(rows.rows(), 2);
+}
+
+TEST_F(Nc, AToolTableReachesTheAxes) {
+  toy.write("tools.tbl", "T3 P1 Z+15 D6 ;end mill\n");
+  const json summary = loads("G21 G90\nT3 M6\nG43 H3\nG0 Z20\nM2\n", {"--tools", toy.file("tools.tbl")});
+  EXPECT_NEAR(summary["travel"]["Z_mm"].get<double>(), 35.0, 1e-9);
+}
+
+// Parts in a row: the pause belongs to the last operation, and the first good part is the one that parts.csv shows.
+TEST_F(Nc, ASeriesOfPartsWarmsUp) {
+  toy.write("part.ngc",
+            "G21 G90\nT1 M6\nM3 S9000\nG0 Z50\no1 repeat [30]\nG1 X100 F20000\nX-100\no1 endrepeat\nG1 X0\nM2\n");
+  toy.write("control.toml", "schema = 1\n[[tool]]\nnumber = 1\n");
+  const double tolerance = 3.0;
+  const Result result =
+      toy.run({"nc", (toy_run() / "model.rom.h5").string(), toy.file("part.ngc"), "--control", toy.file("control.toml"),
+               "--repeat", "6", "--pause", "100", "--tolerance", fmt::format("{}", tolerance), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  const core::Table parts = core::read_csv(toy.result("parts.csv")),
+                    operations = core::read_csv(toy.result("operations.csv"));
+  ASSERT_EQ(parts.rows(), 6);
+  ASSERT_EQ(operations.rows(), 6);
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    EXPECT_EQ(operations.column("tool")[i], 1.0);
+    EXPECT_NEAR(operations.column("pause_s")[i], 5.0 + 1.0 + (i < 5 ? 100.0 : 0.0), 1e-6);
+    EXPECT_NEAR(operations.column("start_s")[i], i > 0 ? operations.column("end_s")[i - 1] : 0.0, 1e-5);
+  }
+  Eigen::Index good = 5;
+  const auto apart = [&](Eigen::Index i) {
+    double most = 0.0;
+    for (const char* axis : {"X", "Y", "Z"}) {
+      const Eigen::VectorXd mean = parts.column(fmt::format("mean_offset_{}_um", axis));
+      most = std::max(most, std::abs(mean[i] - mean[5]));
+    }
+    return most;
+  };
+  while (good > 0 && apart(good - 1) <= tolerance) --good;
+  EXPECT_GT(good, 0) << "the first part is as good as the last one";
+  EXPECT_LT(good, 5);
+  EXPECT_EQ(summary["first_good_part"], good + 1);
+  EXPECT_NEAR(summary["warm_up_s"].get<double>(), parts.column("start_s")[good], 1e-5);
+}
+
+// A folder of subprograms holds the program as well.
+TEST_F(Nc, FoldersAndResultsThatCannotBeUsedAreNamed) {
+  toy.write("part.ngc", "G21 G90\no1 repeat [50]\nG0 X100\nG0 X-100\no1 endrepeat\nM2\n");
+  fs::create_directories(toy.path() + "/inner");
+  const auto bad = [&](const std::vector<std::string>& more, const std::vector<std::string>& says,
+                       const Surroundings& surroundings = {}) {
+    std::vector<std::string> arguments = {"nc", toy.file("machine.toml"), toy.file("part.ngc")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = thermotwin(arguments, "", surroundings);
+    EXPECT_EQ(result.status, 3) << result.err;
+    for (const std::string& words : says) EXPECT_SAYS(result.err, words);
+    EXPECT_FALSE(fs::exists(toy.result("load.toml")));
+  };
+  bad({"--folder", toy.file("missing"), "--out", toy.out()}, {"missing", "no folder"});
+  bad({"--folder", toy.file("part.ngc"), "--out", toy.out()}, {"part.ngc", "no folder"});
+  bad({"--folder", toy.file("inner"), "--out", toy.out()}, {"part.ngc", "outside", "below", "inner"});
+  bad({"--out", toy.file("part.ngc")}, {"part.ngc", "folder"});
+  bad({"--pause", "nan", "--out", toy.out()}, {"--pause", "nan"});
+  bad({"--tolerance", "nan", "--out", toy.out()}, {"--tolerance", "nan"});
+  Surroundings full;
+  full.largest_file = 3000;
+  bad({"--row-s", "0.1", "--out", toy.out()}, {"rows.csv", "cannot be written"}, full);
+}
+
+TEST_F(Nc, AMoveOfASubprogramIsNamedByItsOwnFile) {
+  toy.write("far.ngc", "o<far> sub\nG0 X500\no<far> endsub\n");
+  const Result result = refused("G21 G90\n\n\no<far> call\nM2\n");
+  EXPECT_SAYS(result.err, "far.ngc:2");
 }
 
 struct Bad {
@@ -202,7 +364,11 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"binary", std::string("G21\nG0 X1\0\1\2\nM2\n", 16), {"part.ngc:2", "byte of value 0"}},
         Bad{"long_line", "G21\n(" + std::string(300, 'x') + ")\nM2\n", {"part.ngc:2", "254 characters"}},
         Bad{"no_feed", "G21\nG1 X1\nM2\n", {"part.ngc:2", "feed"}},
-        Bad{"spindle", "G21\nM3 S13000\nG1 X1 F100\nM2\n", {"part.ngc:3", "13000 rpm", "12000 rpm"}},
+        Bad{"spindle", "G21\nM3 S13000\nG1 X1 F100\nM2\n", {"part.ngc:2", "13000 rpm", "12000 rpm"}},
+        Bad{"spindle_while_standing", "G21\nM3 S13000\nG4 P60\nM2\n", {"part.ngc:2", "13000 rpm", "12000 rpm"}},
+        Bad{"empty", "", {"part.ngc", "empty"}}, Bad{"blank", " \r\n\n", {"part.ngc", "empty"}},
+        Bad{"words", "nan inf\n", {"part.ngc:1"}},
+        Bad{"infinite", "G21\nG4 P[exp[1000]]\nM2\n", {"part.ngc:2", "infinity"}},
         Bad{"surface_speed", "G21\nG96 D1000 S100 M3\nM2\n", {"part.ngc:2", "G96"}},
         Bad{"tcp_kinematics", "G21\nM430\nM2\n", {"part.ngc:2", "M430"}}),
     [](const testing::TestParamInfo<Bad>& bad) { return bad.param.name; });
@@ -238,6 +404,14 @@ TEST_F(Nc, MistakesInAProfileAreNamed) {
   result = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", toy.file("control.toml")});
   EXPECT_EQ(result.status, 3);
   EXPECT_SAYS(result.err, "tool_change_s");
+  toy.write("control.toml", "schema = 1\n[[word]]\nword = \"M21\"\naction = \"skip\"\nwith = \"Q R\"\n");
+  result = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", toy.file("control.toml")});
+  EXPECT_EQ(result.status, 3);
+  for (const char* words : {"control.toml:5", "Q R"}) EXPECT_SAYS(result.err, words);
+  toy.write("control.toml", "schema = 1\n[[work_offset]]\nnumber = 2\n[[work_offset]]\nnumber = 2\n");
+  result = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--control", toy.file("control.toml")});
+  EXPECT_EQ(result.status, 3);
+  for (const char* words : {"control.toml:5", "work offset 2 twice"}) EXPECT_SAYS(result.err, words);
   toy.write("tools.tbl", "T1 P1 Z10\nT1 P2 Z11\n");
   result = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--tools", toy.file("tools.tbl")});
   EXPECT_EQ(result.status, 3);
@@ -271,6 +445,15 @@ TEST_F(Nc, PredictionIsThatOfTheFullModelOnItsLoads) {
   const core::Table operations = core::read_csv(toy.result("operations.csv"));
   EXPECT_NEAR(operations.column("end_s")[operations.rows() - 1], summary["duration_s"].get<double>(), 1e-6);
   EXPECT_NEAR(operations.column("feed_length_mm").sum(), 100 + 239 * 200 + 100, 1e-6);
+  const Eigen::VectorXd rapid = blocks.column("rapid"), offset = blocks.column("offset_X_um");
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < blocks.rows(); ++i) sum += rapid[i] == 0 ? offset[i] : 0.0;
+  EXPECT_NEAR(operations.column("mean_offset_X_um")[0], sum / (static_cast<double>(blocks.rows()) - rapid.sum()), 2e-3);
+  // Several moves end within a row, and the machine warms up between them.
+  int standing = 0;
+  for (Eigen::Index i = 11; i + 3 < blocks.rows(); ++i)
+    standing += blocks.column("dz_um")[i] == blocks.column("dz_um")[i + 2] ? 1 : 0;
+  EXPECT_LT(standing, 10) << "the state stands still within a row";
 }
 
 // compensate reads the rows as they are.

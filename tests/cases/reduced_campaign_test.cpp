@@ -12,13 +12,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string model() { return (toy_run() / "model.rom.h5").string(); }
-
 double largest(const Eigen::VectorXd& values) { return values.cwiseAbs().maxCoeff(); }
 
 TEST(ReducedCampaign, LeavesTheFilesOfTheFullOneAndEstimatesTheirError) {
   const Toy toy;
-  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--json"});
+  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", toy_model(), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json summary = json::parse(result.out);
   EXPECT_EQ(summary["loads"].size(), 3U);
@@ -65,7 +63,8 @@ TEST(ReducedCampaign, IsNeverTakenForTheFullOne) {
 
 TEST(ReducedCampaign, HasTheGridAtAllTiltsOrThePosesAskedFor) {
   const Toy toy;
-  const std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", model(), "--load", "warm_up"};
+  const std::vector<std::string> words{"campaign",  toy.path(), "--reduced", "--model",
+                                       toy_model(), "--load",   "warm_up"};
   const auto table = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = words;
     all.insert(all.end(), more.begin(), more.end());
@@ -96,7 +95,7 @@ TEST(ReducedCampaign, HasTheGridAtAllTiltsOrThePosesAskedFor) {
   both.insert(both.end(), {"--pose", "X=0", "--all-tilts"});
   EXPECT_EQ(toy.run(both).status, 2);
   EXPECT_EQ(toy.run({"campaign", toy.path(), "--all-tilts"}).status, 2);
-  const Result outside = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--pose", "Q=1"});
+  const Result outside = toy.run({"campaign", toy.path(), "--reduced", "--model", toy_model(), "--pose", "Q=1"});
   EXPECT_EQ(outside.status, 3);
   EXPECT_SAYS(outside.err, "Q");
 }
@@ -105,7 +104,7 @@ TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Toy toy;
   for (const std::vector<std::string>& option :
        {std::vector<std::string>{"--resume"}, {"--size", "0.5"}, {"--solver", "direct"}, {"--order", "2"}}) {
-    std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", model()};
+    std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", toy_model()};
     words.insert(words.end(), option.begin(), option.end());
     EXPECT_EQ(toy.run(words).status, 2) << option.front();
   }
@@ -113,7 +112,8 @@ TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Result missing = toy.run({"campaign", toy.path(), "--reduced", "--model", toy.file("none.h5")});
   EXPECT_EQ(missing.status, 3);
   EXPECT_SAYS(missing.err, "none.h5: no such file");
-  const Result same = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--reference", model()});
+  const Result same =
+      toy.run({"campaign", toy.path(), "--reduced", "--model", toy_model(), "--reference", toy_model()});
   EXPECT_EQ(same.status, 3);
   EXPECT_SAYS(same.err, "a larger order of the same machine");
   EXPECT_FALSE(fs::exists(toy.result("campaign_reduced/warm_up")));
@@ -125,7 +125,7 @@ TEST(ReducedCampaign, AMachineWithOtherTermsIsRefused) {
   const std::size_t film = machine.find("[[film]]"), next = machine.find("[[", film + 2);
   ASSERT_NE(next, std::string::npos);
   toy.edit("machine.toml", machine.substr(film, next - film), "");
-  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", model()});
+  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", toy_model()});
   EXPECT_EQ(result.status, 3) << result.err;
   EXPECT_SAYS(result.err, "other films, joints, sources");
 }

@@ -13,8 +13,6 @@
 namespace thermotwin::cases {
 namespace {
 
-std::string model() { return (toy_run() / "model.rom.h5").string(); }
-
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -40,7 +38,7 @@ protected:
   std::string file(const std::string& name) const { return toy_.file(name); }
   Result compensate(const std::string& text, std::vector<std::string> more = {},
                     const Surroundings& around = {}) const {
-    std::vector<std::string> arguments = {"compensate", model(), "--state", file("state")};
+    std::vector<std::string> arguments = {"compensate", toy_model(), "--state", file("state")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return thermotwin(arguments, text, around);
   }
@@ -48,7 +46,7 @@ protected:
 };
 
 TEST_F(State, TwoRunsGiveWhatOneGives) {
-  const Result whole = thermotwin({"compensate", model(), "--state", file("whole")}, rows(0, 91));
+  const Result whole = thermotwin({"compensate", toy_model(), "--state", file("whole")}, rows(0, 91));
   ASSERT_EQ(whole.status, 0) << whole.err;
   const Result first = compensate(rows(0, 40)), second = compensate(rows(40, 91));
   EXPECT_EQ(first.status, 0) << first.err;
@@ -59,9 +57,45 @@ TEST_F(State, TwoRunsGiveWhatOneGives) {
   EXPECT_EQ(read(file("state")), read(file("whole"))) << "to the last bit";
 }
 
+/// Rows of a minute; the probed value of the middle one, um, was measured with offsets.
+std::string probed_rows(int first, int last) {
+  std::string text = "time_s,spindle.speed_rpm,probe_dz_um\n";
+  for (int i = first; i < last; ++i) text += fmt::format("{},9000,{}\n", 60 * i, i == 60 ? "3" : "");
+  return text;
+}
+
+// The offsets of the state's last row are those that the first value after it was measured with.
+TEST_F(State, AValueProbedAfterARestartCountsTheOffsetsOfBefore) {
+  const std::vector<std::string> probed = {"--probed-compensated"};
+  const Result whole =
+      thermotwin({"compensate", toy_model(), "--state", file("whole"), "--probed-compensated"}, probed_rows(0, 90));
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  const Result first = compensate(probed_rows(0, 60), probed), second = compensate(probed_rows(60, 90), probed);
+  EXPECT_EQ(first.out + without_header(second.out), whole.out);
+  EXPECT_EQ(read(file("state")), read(file("whole")));
+}
+
+// Rows of a file can be run again: a run that fails leaves the state that they start from, as it leaves the offsets.
+TEST_F(State, AFileThatFailsHalfWayLeavesTheStateBeforeIt) {
+  ASSERT_EQ(compensate(rows(0, 20)).status, 0);
+  const std::string before = read(file("state")), right = rows(20, 91);
+  const std::vector<std::string> files = {"--in", file("rows.csv"), "--out", file("offsets.csv")};
+  toy_.write("rows.csv", right + lines_of(right)[1] + "\n");  // back in time
+  const Result failed = compensate("", files);
+  EXPECT_EQ(failed.status, 3) << failed.err;
+  EXPECT_FALSE(std::filesystem::exists(file("offsets.csv")));
+  EXPECT_EQ(read(file("state")), before);
+  toy_.write("rows.csv", right);
+  EXPECT_EQ(compensate("", files).status, 0);
+  const std::string after = read(file("state"));
+  toy_.write("state", before);
+  EXPECT_EQ(compensate(right).out, read(file("offsets.csv")));
+  EXPECT_EQ(read(file("state")), after);
+}
+
 // The exported source and `compensate` are the same core: their states are the same file.
 TEST_F(State, TheExportedSourceSavesTheSameBytes) {
-  ASSERT_EQ(thermotwin({"export", model(), "--c", file("c")}).status, 0);
+  ASSERT_EQ(thermotwin({"export", toy_model(), "--c", file("c")}).status, 0);
   ASSERT_EQ(std::system(("cd " + file("c") + " && cc -std=c99 -O2 -ffp-contract=off *.c -o twin -lm").c_str()), 0);
   toy_.write("rows.csv", rows(0, 91));
   const std::string c = file("c") + "/";
@@ -73,7 +107,7 @@ TEST_F(State, TheExportedSourceSavesTheSameBytes) {
 TEST_F(State, AKillCostsAtMostAMinute) {
   const std::string header = "time_s,spindle.speed_rpm,axis.X.position_mm,air.T_C\n";
   {
-    Program program({"compensate", model(), "--quiet", "--state", file("state")});
+    Program program({"compensate", toy_model(), "--quiet", "--state", file("state")});
     program.write(header);
     program.read_line();
     for (int i = 0; i <= 100; ++i) {
@@ -121,7 +155,7 @@ TEST_F(State, WhatIsNoStateOfThisModelIsRefusedAndKept) {
 }
 
 TEST_F(State, OneProcessGoesOnFromAState) {
-  Program first({"compensate", model(), "--quiet", "--state", file("state")});
+  Program first({"compensate", toy_model(), "--quiet", "--state", file("state")});
   first.write("time_s\n0\n");
   first.read_line();
   first.read_line();
@@ -170,15 +204,15 @@ TEST_F(State, ASmallerOrderStatesALargerError) {
     EXPECT_EQ(std::sscanf(lines.back().c_str(), "%*f,%*f,%*f,%*f,%lf", &std_x), 1) << lines.back();
     return std_x;
   };
-  const Result whole = thermotwin({"compensate", model()}, rows(0, 91)),
-               small = thermotwin({"compensate", model(), "--order", "4"}, rows(0, 91));
+  const Result whole = thermotwin({"compensate", toy_model()}, rows(0, 91)),
+               small = thermotwin({"compensate", toy_model(), "--order", "4"}, rows(0, 91));
   ASSERT_EQ(small.status, 0) << small.err;
   EXPECT_SAYS(small.err, "order 4");
   EXPECT_GT(last_std(small.out), 1.01 * last_std(whole.out));
-  const Result beyond = thermotwin({"compensate", model(), "--order", "4000"}, rows(0, 2));
+  const Result beyond = thermotwin({"compensate", toy_model(), "--order", "4000"}, rows(0, 2));
   EXPECT_EQ(beyond.status, 3);
   EXPECT_SAYS(beyond.err, "--order: 4000; allowed: 1 to ");
-  const Result exported = thermotwin({"export", model(), "--c", file("c"), "--order", "4", "--json"});
+  const Result exported = thermotwin({"export", toy_model(), "--c", file("c"), "--order", "4", "--json"});
   EXPECT_EQ(exported.status, 0) << exported.err;
   EXPECT_SAYS(exported.out, "\"states\":4,");
 }

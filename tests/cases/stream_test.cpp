@@ -16,7 +16,6 @@
 namespace thermotwin::cases {
 namespace {
 
-std::string model() { return (toy_run() / "model.rom.h5").string(); }
 std::string inputs() { return (toy_run() / "campaign/mixed/inputs.csv").string(); }
 
 const std::string header = "time_s,spindle.speed_rpm,axis.X.position_mm,air.T_C\n";
@@ -29,7 +28,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 }
 
 TEST(Stream, AnswersEachRowBeforeTheNext) {
-  Program program({"compensate", model(), "--quiet"});
+  Program program({"compensate", toy_model(), "--quiet"});
   program.write(header);
   EXPECT_TRUE(program.read_line().starts_with("time_s,offset_x_um,offset_y_um,offset_z_um,"));
   for (int minute = 0; minute < 20; ++minute) {
@@ -44,12 +43,12 @@ TEST(Stream, AnswersEachRowBeforeTheNext) {
 
 TEST(Stream, PipesAndFilesGiveTheSameBytes) {
   const Toy toy;
-  const Result piped = thermotwin({"compensate", model(), "--in", "-", "--out", "-"}, read(inputs()));
+  const Result piped = thermotwin({"compensate", toy_model(), "--in", "-", "--out", "-"}, read(inputs()));
   EXPECT_EQ(piped.status, 0);
   EXPECT_SAYS(piped.err, "91 rows from 0 to 21600 s (6 h)");
-  EXPECT_EQ(thermotwin({"compensate", model(), "--in", inputs()}).out, piped.out);
+  EXPECT_EQ(thermotwin({"compensate", toy_model(), "--in", inputs()}).out, piped.out);
   const Result filed =
-      thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--json"});
+      thermotwin({"compensate", toy_model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--json"});
   EXPECT_EQ(filed.status, 0);
   EXPECT_SAYS(filed.out, "\"rows\":91");
   EXPECT_EQ(read(toy.file("offsets.csv")), piped.out);
@@ -58,7 +57,7 @@ TEST(Stream, PipesAndFilesGiveTheSameBytes) {
 // The offsets undo the error of the full model on the load that was held out: at X0 Y0 Z50 B0, which
 // is one of the 27 poses, while the spindle heats up.
 TEST(Stream, OffsetsAreTheErrorOfTheFullModelTurnedRound) {
-  const Result result = thermotwin({"compensate", model(), "--in", inputs()});
+  const Result result = thermotwin({"compensate", toy_model(), "--in", inputs()});
   std::istringstream answers(result.out);
   const core::Table tcp = core::read_csv(toy_run() / "campaign/mixed/tcp.csv");
   const auto column = [&](const char* name) { return tcp.column(name); };
@@ -116,7 +115,7 @@ TEST(Stream, SensorsThatWorsenTheOffsetsAreNamedBesideProbes) {
   const auto said = [&](double wrong_K) {
     core::write_csv(toy.file("rows.csv"), lines(wrong_K), 12);
     const Result done =
-        thermotwin({"compensate", model(), "--in", toy.file("rows.csv"), "--out", toy.file("offsets.csv")});
+        thermotwin({"compensate", toy_model(), "--in", toy.file("rows.csv"), "--out", toy.file("offsets.csv")});
     EXPECT_EQ(done.status, 0) << done.err;
     return done.out;
   };
@@ -128,8 +127,8 @@ TEST(Stream, SensorsThatWorsenTheOffsetsAreNamedBesideProbes) {
 
 TEST(Stream, ALineForEachAxisGoesThroughTheLastOffset) {
   const Toy toy;
-  const Result done = thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--lines",
-                                  toy.file("lines.csv"), "--axis-errors", toy.file("tables")});
+  const Result done = thermotwin({"compensate", toy_model(), "--in", inputs(), "--out", toy.file("offsets.csv"),
+                                  "--lines", toy.file("lines.csv"), "--axis-errors", toy.file("tables")});
   ASSERT_EQ(done.status, 0) << done.err;
   EXPECT_SAYS(done.err, "tables along the axes leave x ");
   std::istringstream lines(read(toy.file("lines.csv")));
@@ -155,7 +154,7 @@ TEST(Stream, ALineForEachAxisGoesThroughTheLastOffset) {
 
 TEST(Stream, LinesAreThereBesideAControlThatWaits) {
   const Toy toy;
-  Program program({"compensate", model(), "--quiet", "--lines", toy.file("lines.csv"), "--lines-every", "120"});
+  Program program({"compensate", toy_model(), "--quiet", "--lines", toy.file("lines.csv"), "--lines-every", "120"});
   program.write(header);
   program.read_line();
   for (int minute = 0; minute < 4; ++minute) {
@@ -171,8 +170,9 @@ TEST(Stream, LinesAreThereBesideAControlThatWaits) {
 TEST(Stream, LinesThatCannotBeWrittenEndNoControl) {
   const Toy toy;
   toy.write("taken", "a file where a folder should be");
-  const Result done = thermotwin({"compensate", model(), "--lines", toy.file("taken/lines.csv"), "--lines-every", "0"},
-                                 header + "0,6000,10,20.5\n60,6000,10,20.5\n120,6000,10,20.5\n");
+  const Result done =
+      thermotwin({"compensate", toy_model(), "--lines", toy.file("taken/lines.csv"), "--lines-every", "0"},
+                 header + "0,6000,10,20.5\n60,6000,10,20.5\n120,6000,10,20.5\n");
   EXPECT_SAYS(done.out, "\n120,");
   const std::size_t warned = done.err.find("warning: " + toy.file("taken") + ": cannot be made");
   ASSERT_NE(warned, std::string::npos) << done.err;
@@ -183,14 +183,14 @@ TEST(Stream, LinesThatCannotBeWrittenEndNoControl) {
 TEST(Stream, NoRowsLeaveNoLinesAndNoTables) {
   const Toy toy;
   const Result done = thermotwin(
-      {"compensate", model(), "--lines", toy.file("lines.csv"), "--axis-errors", toy.file("tables")}, header);
+      {"compensate", toy_model(), "--lines", toy.file("lines.csv"), "--axis-errors", toy.file("tables")}, header);
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_FALSE(std::filesystem::exists(toy.file("lines.csv")));
   EXPECT_FALSE(std::filesystem::exists(toy.file("tables")));
 }
 
 TEST(Stream, UnknownColumnIsRefusedBeforeAnyAnswer) {
-  const Result result = thermotwin({"compensate", model()}, "time_s,spindle.speed\n0,6000\n");
+  const Result result = thermotwin({"compensate", toy_model()}, "time_s,spindle.speed\n0,6000\n");
   EXPECT_EQ(result.status, 3);
   EXPECT_EQ(result.out, "");
   for (const char* words : {"standard input:1 column 2", "'spindle.speed'", "allowed: ", "nearest: spindle.speed_rpm"})
@@ -228,7 +228,7 @@ Answers answers(const std::string& out) {
 TEST(Stream, AHotStartDoesNotJump) {
   std::string rows = "time_s,T1_C,T2_C,T3_C,T4_C\n";
   for (int second = 0; second < 600; ++second) rows += std::to_string(second) + ",35,35,35,35\n";
-  const Result result = thermotwin({"compensate", model()}, rows);
+  const Result result = thermotwin({"compensate", toy_model()}, rows);
   ASSERT_EQ(result.status, 0);
   double largest = 0, rate = 0, fastest = 0;
   ASSERT_EQ(std::sscanf(result.err.c_str(), "offset limits: %lf um, %lf um/s while the axes stand, %lf", &largest,
@@ -250,7 +250,8 @@ TEST(Stream, AHotStartDoesNotJump) {
   EXPECT_LE(reached, largest);
   // Stated limits hold instead.
   for (const auto& row :
-       answers(thermotwin({"compensate", model(), "--largest-offset", "7", "--offset-rate", "0.5"}, rows).out).offset)
+       answers(thermotwin({"compensate", toy_model(), "--largest-offset", "7", "--offset-rate", "0.5"}, rows).out)
+           .offset)
     for (const double value : row) EXPECT_LE(std::abs(value), 7.0);
 }
 
@@ -272,7 +273,7 @@ TEST(Stream, CleanReadingsAreNotNamed) {
       for (int s = 0; s < count; ++s) joined += "," + std::to_string(sensors.values(i, s + 1));
       joined += "\n";
     }
-    const Result result = thermotwin({"compensate", model()}, joined);
+    const Result result = thermotwin({"compensate", toy_model()}, joined);
     for (const std::string& status : answers(result.out).status) EXPECT_EQ(status, "ok");
   }
 }
@@ -297,9 +298,9 @@ std::string rows_from(Eigen::Index first) {
 // A compensator that is started beside a machine at work, or one that has just stopped: the readings are right and say
 // what the machine carries. Truth are the full model's errors at X0 Y0 Z50 B0, as the offsets of its own start.
 TEST(Stream, AWarmStartAccusesNoSensorAndFindsTheError) {
-  const Answers cold = answers(thermotwin({"compensate", model()}, rows_from(0)).out);
+  const Answers cold = answers(thermotwin({"compensate", toy_model()}, rows_from(0)).out);
   for (const std::size_t first : {22, 45, 68, 72}) {
-    const Answers warm = answers(thermotwin({"compensate", model()}, rows_from(first)).out);
+    const Answers warm = answers(thermotwin({"compensate", toy_model()}, rows_from(first)).out);
     for (const std::string& status : warm.status) EXPECT_EQ(status.find("sensor_failed"), std::string::npos) << status;
     constexpr std::size_t half_an_hour = 8;
     double truth = 0, error = 0, deviations = 0;
@@ -316,7 +317,7 @@ TEST(Stream, AWarmStartAccusesNoSensorAndFindsTheError) {
 }
 
 TEST(Stream, AbsentColumnsAreNamed) {
-  const Result result = thermotwin({"compensate", model()}, "time_s,axis.X.position_mm,air.T_C\n0,0,20\n60,0,20\n");
+  const Result result = thermotwin({"compensate", toy_model()}, "time_s,axis.X.position_mm,air.T_C\n0,0,20\n60,0,20\n");
   EXPECT_EQ(result.status, 0);
   EXPECT_SAYS(result.err, "inputs of the model without a column");
   EXPECT_SAYS(result.err, "spindle.speed_rpm = 0");
@@ -352,10 +353,10 @@ std::string without_speed(bool column, bool sensors) {
 
 // What is wrong for want of an input lies within a few of the deviations that are stated, and no sensor is blamed.
 TEST(Stream, TheDeviationHoldsTheHeatOfADriveThatNobodyTells) {
-  const Answers told = answers(thermotwin({"compensate", model()}, read(inputs())).out);
+  const Answers told = answers(thermotwin({"compensate", toy_model()}, read(inputs())).out);
   for (const bool sensors : {false, true}) {
     for (const bool column : {true, false}) {
-      const Answers got = answers(thermotwin({"compensate", model()}, without_speed(column, sensors)).out);
+      const Answers got = answers(thermotwin({"compensate", toy_model()}, without_speed(column, sensors)).out);
       ASSERT_EQ(got.time.size(), told.time.size());
       double off = 0.0, worst = 0.0, square = 0.0;
       long blamed = 0, values = 0;
@@ -388,7 +389,7 @@ TEST(Stream, TemperaturesThatCannotBeAreNamedAndLeftOut) {
   const auto run = [](const std::string& readings) {
     std::string rows = "time_s,T1_C,T2_C,T3_C,T4_C\n";
     for (int minute = 0; minute < 300; ++minute) rows += std::to_string(60 * minute) + "," + readings + "\n";
-    return answers(thermotwin({"compensate", model()}, rows).out);
+    return answers(thermotwin({"compensate", toy_model()}, rows).out);
   };
   const double usual = std::abs(run("20,20,20,20").offset.back()[2]);
   const std::pair<const char*, const char*> all[] = {
@@ -404,14 +405,14 @@ TEST(Stream, TemperaturesThatCannotBeAreNamedAndLeftOut) {
     for (const auto& row : got.offset)
       for (const double value : row) EXPECT_LE(std::abs(value), usual + 8.0) << readings;
   }
-  const Answers air = answers(thermotwin({"compensate", model()}, "time_s,air.T_C\n0,293.15\n60,20\n").out);
+  const Answers air = answers(thermotwin({"compensate", toy_model()}, "time_s,air.T_C\n0,293.15\n60,20\n").out);
   EXPECT_EQ(air.status, (std::vector<std::string>{"input_missing air.T_C=kelvin", "no_sensors"}));
 }
 
 TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   const std::string rows = header + "0,6000,10,20\n60,fast,10,20\n120,6000,10\n180,6000,10,20\n";
   const Toy toy;
-  const Result result = thermotwin({"compensate", model()}, rows);
+  const Result result = thermotwin({"compensate", toy_model()}, rows);
   EXPECT_EQ(result.status, 0);
   const Answers all = answers(result.out);
   ASSERT_EQ(all.status.size(), 4U);
@@ -424,7 +425,7 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
        {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells", "2 of them partly unreadable",
         "; status input_missing row=unreadable in 1 rows, input_missing "})
     EXPECT_SAYS(result.err, words);
-  const Result filed = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
+  const Result filed = thermotwin({"compensate", toy_model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
   EXPECT_EQ(filed.status, 0);
   EXPECT_SAYS(filed.out, "\"unreadable\":2");
   EXPECT_SAYS(filed.out, "\"input_missing row=unreadable\":1");
@@ -434,7 +435,7 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
 TEST(Stream, ASpeedBeyondTheSpindleIsMissing) {
   const std::string rows = header + "0,6000,10,20\n60,15000,10,20\n120,-6000,10,20\n180,6000,500,20\n";
   const Toy toy;
-  const Result result = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
+  const Result result = thermotwin({"compensate", toy_model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
   EXPECT_EQ(result.status, 0);
   EXPECT_SAYS(result.err, "standard input:3: spindle.speed_rpm = 15000");
   for (const char* words : {"\"unreadable\":2", "\"input_missing spindle.speed_rpm=beyond_12000\":1",
@@ -443,11 +444,11 @@ TEST(Stream, ASpeedBeyondTheSpindleIsMissing) {
   const Answers all = answers(read(toy.file("offsets.csv")));
   ASSERT_EQ(all.status.size(), 4U);
   EXPECT_EQ(all.status[2], "no_sensors");
-  EXPECT_EQ(thermotwin({"compensate", model(), "--strict"}, rows).status, 3);
+  EXPECT_EQ(thermotwin({"compensate", toy_model(), "--strict"}, rows).status, 3);
 }
 
 TEST(Stream, ALineWithoutEndIsRefused) {
-  const Result result = thermotwin({"compensate", model()}, "time_s\n0\n" + std::string(3000000, '7'));
+  const Result result = thermotwin({"compensate", toy_model()}, "time_s\n0\n" + std::string(3000000, '7'));
   EXPECT_EQ(result.status, 3);
   for (const char* words : {"standard input:3", "more than 262143 characters", "allowed: "})
     EXPECT_SAYS(result.err, words);
@@ -456,25 +457,25 @@ TEST(Stream, ALineWithoutEndIsRefused) {
 
 TEST(Stream, RowsOfAnotherMachineAreNoticed) {
   const std::string rows = header + "0,6000,10,20\n60,6000,10,20\n";
-  const Result unnamed = thermotwin({"compensate", model()}, rows);
+  const Result unnamed = thermotwin({"compensate", toy_model()}, rows);
   const std::string words = "begin with '";
   const std::size_t at = unnamed.err.find(words);
   ASSERT_NE(at, std::string::npos) << unnamed.err;
   const std::string own =
       unnamed.err.substr(at + words.size(), unnamed.err.find("'", at + words.size()) - at - words.size());
   ASSERT_TRUE(own.starts_with("# machine toy ")) << own;
-  const Result named = thermotwin({"compensate", model()}, own + "\n" + rows);
+  const Result named = thermotwin({"compensate", toy_model()}, own + "\n" + rows);
   EXPECT_EQ(named.status, 0);
   EXPECT_EQ(named.out, unnamed.out);
   EXPECT_EQ(named.err.find("does not name"), std::string::npos);
-  const Result other = thermotwin({"compensate", model()}, "# machine vmc5 0123456789abcdef\n" + rows);
+  const Result other = thermotwin({"compensate", toy_model()}, "# machine vmc5 0123456789abcdef\n" + rows);
   EXPECT_EQ(other.status, 3);
   EXPECT_EQ(other.out, "");
   for (const char* said : {"standard input:1", "'vmc5'", own.c_str()}) EXPECT_SAYS(other.err, said);
-  const Result changed = thermotwin({"compensate", model()}, "# machine toy 0123456789abcdef\n" + rows);
+  const Result changed = thermotwin({"compensate", toy_model()}, "# machine toy 0123456789abcdef\n" + rows);
   EXPECT_EQ(changed.status, 0);
   EXPECT_SAYS(changed.err, "warning: standard input:1");
-  EXPECT_EQ(thermotwin({"compensate", model(), "--strict"}, "# machine toy 0123456789abcdef\n" + rows).status, 3);
+  EXPECT_EQ(thermotwin({"compensate", toy_model(), "--strict"}, "# machine toy 0123456789abcdef\n" + rows).status, 3);
 }
 
 TEST(Stream, ABadRowEndsAStrictStreamAfterTheAnswersBeforeIt) {
@@ -492,7 +493,7 @@ TEST(Stream, ABadRowEndsAStrictStreamAfterTheAnswersBeforeIt) {
   const Toy toy;
   for (const Bad& bad : all) {
     const std::string rows = header + "0,6000,10,20\n60,6000,10,20\n120,6000,,nan\n" + bad.row + "240,6000,10,20\n";
-    const Result result = thermotwin({"compensate", model(), "--strict"}, rows);
+    const Result result = thermotwin({"compensate", toy_model(), "--strict"}, rows);
     EXPECT_EQ(result.status, 3);
     EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 4) << result.out;
     EXPECT_SAYS(result.err, "allowed: ");
@@ -500,24 +501,24 @@ TEST(Stream, ABadRowEndsAStrictStreamAfterTheAnswersBeforeIt) {
 
     // A file would look complete: it is not written at all.
     toy.write("offsets.csv", "earlier\n");
-    EXPECT_EQ(thermotwin({"compensate", model(), "--strict", "--out", toy.file("offsets.csv")}, rows).status, 3);
+    EXPECT_EQ(thermotwin({"compensate", toy_model(), "--strict", "--out", toy.file("offsets.csv")}, rows).status, 3);
     EXPECT_EQ(read(toy.file("offsets.csv")), "earlier\n");
   }
 }
 
 TEST(Stream, NoRowsAtAll) {
-  const Result empty = thermotwin({"compensate", model()}, "");
+  const Result empty = thermotwin({"compensate", toy_model()}, "");
   EXPECT_EQ(empty.status, 3);
   EXPECT_SAYS(empty.err, "no header");
-  const Result only_names = thermotwin({"compensate", model()}, "time_s\n");
+  const Result only_names = thermotwin({"compensate", toy_model()}, "time_s\n");
   EXPECT_EQ(only_names.status, 0);
   EXPECT_EQ(std::count(only_names.out.begin(), only_names.out.end(), '\n'), 1);
 }
 
 TEST(Stream, WhatIsMissingIsSaid) {
-  EXPECT_EQ(thermotwin({"compensate", model(), "--in", "/nowhere/rows.csv"}).status, 3);
+  EXPECT_EQ(thermotwin({"compensate", toy_model(), "--in", "/nowhere/rows.csv"}).status, 3);
   const Toy toy;
-  toy.write("cut.rom.h5", read(model()).substr(0, 200000));
+  toy.write("cut.rom.h5", read(toy_model()).substr(0, 200000));
   const Result cut = thermotwin({"compensate", toy.file("cut.rom.h5")}, "time_s\n");
   EXPECT_EQ(cut.status, 3);
   EXPECT_SAYS(cut.err, "cut.rom.h5");

@@ -391,6 +391,15 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   EXPECT_TRUE(fs::exists(toy.result("study/sensors/report.html")));
   // No sensor sits on a table that turns without end, nor where a rule forbids it.
   EXPECT_EQ(read(toy.result("study/sensors/sensors.toml")).find("body = \"table\""), std::string::npos);
+  // They take the place of those of machine.toml, with the one that a chiller follows.
+  const std::string tables = read(toy.result("study/sensors/sensors.toml"));
+  EXPECT_SAYS(tables, "[[sensor]]\nid = \"T3\"\nbody = \"bed\"\npoint_mm = [200, 0, -300]\n");
+  std::string machine = read(toy.file("machine.toml"));
+  for (std::size_t at = machine.find("[[sensor]]"); at != std::string::npos; at = machine.find("[[sensor]]"))
+    machine.erase(at, machine.find("\n[", at + 1) + 1 - at);
+  toy.write("machine.toml", machine + tables);
+  const Result meshed = toy.run({"mesh", toy.path(), "--quiet"});
+  EXPECT_EQ(meshed.status, 0) << meshed.err;
   const Result wrong = toy.run({"study", "sensors", toy.path(), "--without", "swivell", "--quiet"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "nearest: swivel");

@@ -32,6 +32,8 @@ const fs::path& toy_run() {
   return folder;
 }
 
+std::string toy_model() { return (toy_run() / "model.rom.h5").string(); }
+
 Toy::Toy() { fs::copy(toy_case(), path(), fs::copy_options::recursive); }
 
 void Toy::edit(const std::string& name, const std::string& old, const std::string& with) const {

@@ -25,6 +25,9 @@ std::filesystem::path toy_case();
 /// first test that asks, where the one that ctest runs first has not made them with this program.
 const std::filesystem::path& toy_run();
 
+/// The path of its model.rom.h5.
+std::string toy_model();
+
 /// Runs the chain anew. @return what the program said
 Result make_toy_run();
 

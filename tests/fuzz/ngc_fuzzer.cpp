@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(word.begin >= at && word.end > word.begin && word.end <= line.text.size(), "words lie in order");
       at = word.end;
     }
-    if (line.control || line.assigns) continue;
+    if (line.control || line.label || line.assigns) continue;
     const std::size_t words = line.words.size();
     const bool there = line.find('X') != nullptr;
     const std::string before = there ? line.text.substr(0, line.find('X')->begin) : "";

@@ -1,14 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Variants of powers and films in one study, against one of them alone; and their tables against those of a campaign.
+// Processor time of variants of powers and films in one study, of one of them alone, and of a campaign of their load.
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <cmath>
-
-#include "core/error.h"
 #include "core/file.h"
-#include "core/table.h"
 #include "tools/benchmarks/report.h"
 #include "tools/benchmarks/subjects.h"
 

@@ -17,7 +17,8 @@ void add_nc(CLI::App& app) {
   verb->add_option("program", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
   verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc or a TOML file.")->capture_default_str();
   verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
-  verb->add_option("--folder", nc.folder, "Folder of subprograms (default: that of the program).");
+  verb->add_option("--folder", nc.folder,
+                   "Folder below which the program and its subprograms are (default: that of the program).");
   verb->add_option("--start", nc.start, "Positions before the program, such as X=0,Y=0,Z=100 (default: home).");
   verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
       ->capture_default_str();

@@ -56,12 +56,12 @@ std::shared_ptr<CommonOptions> add_variants(CLI::App& group) {
       ->capture_default_str()
       ->needs(slurm);
   verb->add_option("--task-memory", variants.task_memory_GiB, "With --slurm: memory of a task, GiB.")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(0.01, 1e5))
       ->capture_default_str()
       ->needs(slurm);
   verb->add_option("--task-hours", variants.task_hours,
                    "With --slurm: time limit of a task, h; one that reaches it goes on from its checkpoint.")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(0.1, 8760.0))
       ->capture_default_str()
       ->needs(slurm);
   verb->add_option("--partition", variants.partition, "With --slurm: partition (default: the cluster's).")

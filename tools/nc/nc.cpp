@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/progress.h"
+#include "core/range.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/file.h"
@@ -149,9 +149,8 @@ public:
   }
   std::string csv(const std::vector<std::string>& axes) const {
     std::string text =
-        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,mean_feed_mm_"
-        "min,"
-        "mean_spindle_rpm,fluid_share,moves";
+        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,"
+        "mean_feed_mm_min,mean_spindle_rpm,fluid_share,moves";
     for (const std::string& axis : axes)
       text += fmt::format(",mean_offset_{0}_um,largest_offset_{0}_um,std_{0}_um", axis);
     text += "\n";
@@ -252,18 +251,15 @@ public:
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
     finish_rewrite(folder, files);
     if (blocks) files.emplace_back("blocks.csv");
-    std::ofstream(folder / "load.toml", std::ios::binary) << load_.finish(options_.row_s);
-    std::ofstream(folder / "operations.csv", std::ios::binary)
-        << operations_.csv(predictor_ ? predictor_->axes() : std::vector<std::string>{});
-    rows_out_.close();
-    blocks_out_.close();
+    close(rows_out_, "rows.csv");
+    if (blocks) close(blocks_out_, "blocks.csv");
+    core::write_file(folder / "load.toml", load_.finish(options_.row_s));
+    core::write_file(folder / "operations.csv",
+                     operations_.csv(predictor_ ? predictor_->axes() : std::vector<std::string>{}));
     if (predictor_ && options_.repeat > 1) {
-      std::ofstream(folder / "parts.csv", std::ios::binary) << parts_.csv(predictor_->axes());
+      core::write_file(folder / "parts.csv", parts_.csv(predictor_->axes()));
       files.emplace_back("parts.csv");
     }
-    for (const auto& file : files)
-      if (!std::ifstream(folder / file))
-        throw core::InputError((folder / file).string(), "cannot be written", "a place with room and permission");
     return files;
   }
 
@@ -339,12 +335,18 @@ public:
   }
 
 private:
+  void close(std::ofstream& out, const std::string& name) const {
+    out.close();
+    if (!out)
+      throw core::InputError((options_.out / name).string(), "cannot be written", "a place with room and permission");
+  }
   void begin_rewrite(const std::filesystem::path& folder) {
     if (options_.rewrite.empty()) return;
     rewritten_ = options_.program.stem().string() + ".corrected" + options_.program.extension().string();
     original_ = core::read_file(options_.program);
     nc::RewriteOptions rewrite;
     rewrite.tolerance = options_.tolerance_um * units::um;
+    rewrite.words = control_.words;
     if (options_.rewrite == "shift") {
       shift_ = std::make_unique<nc::ShiftRewriter>(original_, options_.program.string(), motion_, rewrite);
       return;
@@ -355,12 +357,12 @@ private:
   }
   void finish_rewrite(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
     if (options_.rewrite.empty()) return;
-    if (shift_) std::ofstream(folder / rewritten_, std::ios::binary) << shift_->finish();
+    if (shift_) core::write_file(folder / rewritten_, shift_->finish());
     if (path_) {
       const bool differs = path_->finish();
-      program_out_.close();
+      close(program_out_, rewritten_);
       // Without a displacement loops and subprograms stay as well.
-      if (!differs) std::ofstream(folder / rewritten_, std::ios::binary) << original_;
+      if (!differs) core::write_file(folder / rewritten_, original_);
     }
     files.emplace_back(rewritten_);
   }
@@ -372,24 +374,30 @@ private:
     interpreter.axis_mask = motion_.axis_mask();
     nc::ProgramSink sink;
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
+      if (file_ != block.file) file_ = block.file;
       if (path_ && rewrites_) path_->block(block.state, block.file, frame);
-      if (shift_ && rewrites_) shift_->block(block.state, block.file);
+      if (shift_ && rewrites_) shift_->block(block.state, block.file, frame);
     };
     sink.skipped = [this] {
       if (path_ && rewrites_) path_->skipped();
     };
     sink.move = [this](const nc::Move& given, const nc::Frame& frame) {
       nc::Move move = given;
-      require_spindle(twin_.machine, move.state, options_.program.string());
+      require_spindle(twin_.machine, move.state, file_);
       // Switching tool centre point control moves no axis: the control's position is another one from here on.
-      if (move.state.tcp != tcp_ && motion_.has_tcp()) move.from = motion_.values(last_, move, move.from);
+      if (move.state.tcp != tcp_ && motion_.has_tcp()) {
+        move.from = motion_.values(last_, move, move.from);
+        if (move.kind != nc::MoveKind::arc) move.length = nc::straight_length(move.to - move.from);
+        if (!(move.length > 0.0)) return;
+      }
       tcp_ = move.state.tcp;
       move.state.part = part_;
+      state_ = move.state;
       if (path_ && rewrites_) path_->move();
       if (shift_ && rewrites_) shift_->move(move);
       const auto source =
           rewrites_ && (path_ || shift_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
-      motion_.elements(move, options_.program.string(), source, [this](nc::Element&& element) {
+      motion_.elements(move, file_, source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);
         last_ = element.end();
@@ -397,11 +405,10 @@ private:
       });
     };
     sink.pause = [this](const nc::Pause& pause) {
-      nc::Element element = nc::Element::line(last_, last_);
-      element.pause = pause.seconds;
-      element.state = pause.state;
-      element.state.part = part_;
-      planner_.push(std::move(element));
+      require_spindle(twin_.machine, pause.state, file_);
+      state_ = pause.state;
+      state_.part = part_;
+      stand(pause.seconds);
     };
     last_ = start_;
     for (part_ = 0; part_ < options_.repeat; ++part_) {
@@ -410,13 +417,19 @@ private:
       interpreter.start = motion_.letters_of(last_);
       program_ = nc::read_program(interpreter, control_, sink);
       if (rewrites_ || !(options_.pause_s > 0.0)) continue;
-      nc::Element pause = nc::Element::line(last_, last_);
-      pause.pause = options_.pause_s;
-      pause.state.part = part_;
-      planner_.push(std::move(pause));
+      // It belongs to the last operation, with spindle and fluid off.
+      state_.spindle_rpm = 0.0;
+      state_.flood = state_.mist = false;
+      stand(options_.pause_s);
     }
     planner_.finish();
     rows_.finish();
+  }
+  void stand(double seconds) {
+    nc::Element element = nc::Element::line(last_, last_);
+    element.pause = seconds;
+    element.state = state_;
+    planner_.push(std::move(element));
   }
   void take_timed(const nc::Timed& timed) {
     operations_.add(timed);
@@ -460,7 +473,8 @@ private:
   nc::ProgramSummary program_;
   std::unique_ptr<nc::PathRewriter> path_;
   std::unique_ptr<nc::ShiftRewriter> shift_;
-  std::string rewritten_, original_;
+  std::string rewritten_, original_, file_;
+  nc::MoveState state_;  ///< of the last element
   std::ofstream rows_out_, blocks_out_, program_out_;
   bool tcp_ = false, rewrites_ = true;
   int part_ = 0;
@@ -477,6 +491,8 @@ void nc(const NcOptions& options) {
   prediction.start_C = options.start_C;
   prediction.interval = options.row_s;
   prediction.validate();
+  core::require_within("nc: --tolerance", options.tolerance_um, core::positive);
+  core::require_within("nc: --pause", options.pause_s, {0.0, 1e6});
   const Twin twin = read_twin(options.model);
   nc::ControlProfile control = nc::ControlProfile::load(options.control, twin.machine);
   if (!options.tools.empty()) control.tools = nc::read_tool_table(options.tools);

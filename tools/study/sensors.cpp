@@ -88,9 +88,26 @@ std::vector<double> left_on_machines(const StudySensorsOptions& options, const s
 std::string toml_of(const std::vector<mesh::SensorSpec>& sensors) {
   std::string text = "# Sensors chosen by `thermotwin study sensors`, in place of those of machine.toml.\n";
   for (const mesh::SensorSpec& sensor : sensors) {
-    const Eigen::Vector3d mm = sensor.point / core::units::mm;
-    text += fmt::format("[[sensor]]\nid = \"{}\"\nbody = \"{}\"\npoint_mm = [{:.4g}, {:.4g}, {:.4g}]\n", sensor.id,
-                        sensor.body, mm.x(), mm.y(), mm.z());
+    const auto word = [&](const char* key, const std::string& value) {
+      if (!value.empty()) text += fmt::format("{} = \"{}\"\n", key, value);
+    };
+    const auto number = [&](const char* key, double value, double otherwise = 0.0) {
+      if (value != otherwise) text += fmt::format("{} = {:.9g}\n", key, value);
+    };
+    text += "[[sensor]]\n";
+    word("id", sensor.id);
+    word("body", sensor.body);
+    if (!sensor.body.empty()) {
+      const Eigen::Vector3d mm = sensor.point / core::units::mm;
+      text += fmt::format("point_mm = [{:.6g}, {:.6g}, {:.6g}]\n", mm.x(), mm.y(), mm.z());
+    }
+    word("volume", sensor.volume);
+    word("return_of", sensor.return_of);
+    number("offset_K", sensor.offset);
+    number("drift_K_h", sensor.drift * core::units::hour);
+    number("time_constant_s", sensor.lag);
+    number("air_share", sensor.air_share);
+    number("uncertainty_K", sensor.uncertainty, mesh::SensorSpec{}.uncertainty);
   }
   return text;
 }
@@ -122,14 +139,12 @@ std::string curve_svg(const Choice& choice) {
   return core::html_wide(900, plot.inset());
 }
 
-std::vector<std::vector<std::string>> table_of(const mesh::Machine& machine, const Choice& choice) {
+std::vector<std::vector<std::string>> table_of(const std::vector<mesh::SensorSpec>& sensors, const Choice& choice) {
   std::vector<std::vector<std::string>> rows{{"sensor", "body", "x mm", "y mm", "z mm", "left without it um"}};
   for (std::size_t i = 0; i < choice.chosen.size(); ++i) {
-    const study::Place& place = choice.places[choice.chosen[i]];
-    const Eigen::Vector3d mm = place.point / core::units::mm;
-    rows.push_back({fmt::format("S{}", i + 1), machine.bodies[place.body].id, fmt::format("{:.1f}", mm.x()),
-                    fmt::format("{:.1f}", mm.y()), fmt::format("{:.1f}", mm.z()),
-                    fmt::format("{:.2f}", choice.without_one_um[i])});
+    const Eigen::Vector3d mm = sensors[i].point / core::units::mm;
+    rows.push_back({sensors[i].id, sensors[i].body, fmt::format("{:.1f}", mm.x()), fmt::format("{:.1f}", mm.y()),
+                    fmt::format("{:.1f}", mm.z()), fmt::format("{:.2f}", choice.without_one_um[i])});
   }
   return rows;
 }
@@ -154,18 +169,18 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
   mesh::MachineMesh shown = mesh;
   shown.machine.sensors = sensors;
   return core::html_document(
-      title, core::html_title(title, "places that leave the observer the least variance of the TCP error") +
-                 core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors",
-                                    sentences) +
-                 core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
-                                    curve_svg(choice)) +
-                 diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
-                 core::html_section("Places", "in the machine's frame at home",
-                                    core::html_table(table_of(mesh.machine, choice))) +
-                 core::html_next_steps(
-                     {{"Confirm the choice on machines measured virtually:",
-                       fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
-                                   shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
+      title,
+      core::html_title(title, "places that leave the observer the least variance of the TCP error") +
+          core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors",
+                             sentences) +
+          core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
+                             curve_svg(choice)) +
+          diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
+          core::html_section("Places", "in the machine's frame at home", core::html_table(table_of(sensors, choice))) +
+          core::html_next_steps(
+              {{"Confirm the choice on machines measured virtually:",
+                fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
+                            shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
 }
 
 Choice choose(const StudySensorsOptions& options, const solver::FullModel& full, const reduction::ReducedModel& model,
@@ -206,7 +221,7 @@ Choice choose(const StudySensorsOptions& options, const solver::FullModel& full,
     const std::vector<int> first(greedy.begin(), greedy.begin() + k);
     choice.curve.push_back({k, judge.left_um(first), judge.left_after_loss_um(first)});
   }
-  choice.chosen = judge.chosen(count);
+  choice.chosen = judge.chosen(greedy);
   choice.without_um = judge.left_um({});
   choice.own_um = judge.left_um(choice.own);
   choice.own_after_loss_um = own > 0 ? judge.left_after_loss_um(choice.own) : choice.without_um;
@@ -270,7 +285,7 @@ void study_sensors(const StudySensorsOptions& given) {
     summary["confirmed"] = {{"own_um", choice.confirmed->own}, {"chosen_um", choice.confirmed->chosen}};
   core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
   write_page(folder / "report.html", [&] { return page_of(options, full.mesh, choice, sensors); });
-  std::string text = core::format_table(table_of(machine_case.machine, choice));
+  std::string text = core::format_table(table_of(sensors, choice));
   text += fmt::format(
       "\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
       "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",

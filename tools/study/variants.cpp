@@ -72,36 +72,40 @@ Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, 
   study::VariantRunner runner(plan, design, how);
   Work work;
   std::map<std::string, std::string> hopeless;  // matrices, message
-  std::optional<std::string> last;
+  bool unsolved = false;
   for (std::size_t u = 0; u < units.size(); ++u) {
     if (u % part.of != part.index) continue;
     const study::Unit& unit = units[u];
     const auto known = hopeless.find(unit.matrices);
+    std::string message;
     try {
-      if (known == hopeless.end()) ++(runner.run(unit) ? work.computed : work.kept);
+      if (known == hopeless.end()) {
+        ++(runner.run(unit) ? work.computed : work.kept);
+        continue;
+      }
+      message = known->second;
     } catch (const core::MeshError& error) {
-      hopeless[unit.matrices] = error.what();
+      message = hopeless[unit.matrices] = error.what();
     } catch (const core::SolverError& error) {
-      hopeless[unit.matrices] = error.what();
+      unsolved = true;
+      message = error.what();
+      if (how.reduced == nullptr && runner.nodes() == 0) hopeless[unit.matrices] = message;  // not even its matrices
     }
-    if (!hopeless.contains(unit.matrices)) continue;
-    work.failed.push_back(words_of(unit, plan, design) + ": " + hopeless.at(unit.matrices));
-    if (last != unit.matrices) core::warn(work.failed.back());
-    last = unit.matrices;
+    work.failed.push_back(words_of(unit, plan, design) + ": " + message);
+    if (known == hopeless.end()) core::warn(work.failed.back());
   }
   work.nodes = runner.nodes();
-  if (work.computed + work.kept == 0 && !work.failed.empty())
-    throw core::InputError(plan.path.string(), "no variant can be computed: " + work.failed.front(),
-                           "a plan with variants that mesh and solve");
-  return work;
+  if (work.computed + work.kept > 0 || work.failed.empty()) return work;
+  const std::string none = "no variant can be computed: " + work.failed.front();
+  if (unsolved) throw core::SolverError(plan.path.string() + ": " + none);
+  throw core::InputError(plan.path.string(), none, "a plan with variants that mesh and solve");
 }
 
 void write_scripts(const StudyVariantsOptions& options, const std::vector<study::Unit>& units, const fs::path& study) {
   study::SlurmJob job;
   job.name = options.plan.stem().string();
-  job.program = fs::read_symlink("/proc/self/exe").string();
-  job.command = "study variants " + shell_word(fs::absolute(options.plan)) + " --out " +
-                shell_word(fs::absolute(options.out)) +
+  job.command = shell_word(fs::read_symlink("/proc/self/exe")) + " study variants " +
+                shell_word(fs::absolute(options.plan)) + " --out " + shell_word(fs::absolute(options.out)) +
                 fmt::format(" --checkpoint-every {:g} --solver {}", options.checkpoint_every_s, options.solver);
   if (options.reduced) job.command += " --reduced --model " + shell_word(fs::absolute(options.model));
   job.folder = fs::absolute(study / "slurm");
@@ -115,9 +119,9 @@ void write_scripts(const StudyVariantsOptions& options, const std::vector<study:
   const fs::path submit = job.folder / "submit.sh";
   if (std::system("command -v sbatch >/dev/null 2>&1") != 0)
     core::warn("sbatch is not found here: the scripts are for a host with Slurm that shares " + job.folder.string());
-  print_summary(options,
-                fmt::format("{} units in {} tasks; submit them: bash {}\n", units.size(), job.tasks, submit.string()),
-                json({{"units", units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
+  print_summary(
+      options, fmt::format("{} units in {} tasks; submit them: bash {}\n", units.size(), job.tasks, shell_word(submit)),
+      json({{"units", units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
 }
 
 json json_of(const study::VariantStudy& results) {
@@ -131,7 +135,7 @@ json json_of(const study::VariantStudy& results) {
       if (load.sensitivity) {
         one["unexplained"] = load.sensitivity->unexplained;
         one["matter"] = json::array();
-        for (const int p : study::that_matter(*load.sensitivity)) {
+        for (const std::size_t p : study::that_matter(*load.sensitivity)) {
           const study::Share &first = load.sensitivity->first[p], &total = load.sensitivity->total[p];
           one["matter"].push_back({{"parameter", results.drawn[p]},
                                    {"first", first.value},
@@ -154,7 +158,7 @@ std::string table_of(const study::VariantStudy& results) {
     for (const study::LoadStudy& load : group.loads) {
       std::vector<std::string> matter;
       if (load.sensitivity) {
-        for (const int p : study::that_matter(*load.sensitivity)) {
+        for (const std::size_t p : study::that_matter(*load.sensitivity)) {
           if (matter.size() == 4) break;
           matter.push_back(fmt::format("{} {:.2f}", results.drawn[p], load.sensitivity->total[p].value));
         }

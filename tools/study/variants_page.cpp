@@ -34,7 +34,7 @@ std::string finding(const VariantsPage& page) {
           core::xml_text(name_of(page, group, load)), load.largest_q50_um, load.largest_q95_um);
       if (load.sensitivity) {
         std::vector<std::string> names;
-        for (const int p : study::that_matter(*load.sensitivity)) {
+        for (const std::size_t p : study::that_matter(*load.sensitivity)) {
           if (names.size() == 3) break;
           names.push_back(fmt::format("{} ({:.0f}&#8239;%)", core::xml_text(page.results.drawn[p]),
                                       100.0 * load.sensitivity->total[p].value));

@@ -180,6 +180,15 @@ TEST(OnlineTwin, AChannelThatNobodyGivesIsLearnedUnderItsName) {
   EXPECT_EQ(both.twin.detectability().detectable, both.compensator.detectability().detectable);
 }
 
+TEST(OnlineTwin, WithoutObserverThereIsNoDetectability) {
+  ControlOptions options;
+  options.observer = false;
+  OnlineTwin twin(machine_model(), options);
+  for (int i = 0; i < 5; ++i) twin.step(60.0 * i, twin.channels().defaults(), {});
+  EXPECT_TRUE(twin.learned().empty());
+  test::expect_input_error([&] { twin.detectability(); }, {"without observer"});
+}
+
 class SavedState : public ::testing::Test {
 protected:
   SavedState() : truth_(other_machine(8, 14 * 3600.0, {})) {

@@ -216,6 +216,29 @@ TEST(CompensateStream, TheSignOfASpeedIsADirection) {
   EXPECT_EQ(streamed(both), streamed(one));
 }
 
+// An axis that carries the table, or whose direction is turned round, moves the TCP the other way.
+TEST(CompensateStream, ProbedErrorsAreComparedWithTheMotionThatOffsetsMake) {
+  reduction::ReducedModel turned = nominal();
+  turned.machine.axes[turned.machine.axis_index("X")].direction *= -1.0;
+  std::string rows = "time_s,spindle.speed_rpm,axis.B.position_deg,probe_dx_um,probe_dy_um,probe_dz_um\n";
+  for (int i = 0; i < 120; ++i) rows += fmt::format("{},8000,45,,,\n", 60 * i);
+  Compensator seen(nominal());
+  std::istringstream before(rows);
+  std::ostringstream out;
+  compensate_stream(seen, nominal().machine, before, "rows.csv", out, quiet());
+  const Eigen::Vector3d error_um = 1e6 * seen.tcp(seen.pose()).error.head<3>();
+  ASSERT_GT(std::abs(error_um.x()), 1.0);
+  rows += fmt::format("7200,8000,45,{},,{}\n", error_um.x(), error_um.z());
+  for (const reduction::ReducedModel* model : {&nominal(), static_cast<const reduction::ReducedModel*>(&turned)}) {
+    Compensator compensator(*model);
+    std::istringstream in(rows);
+    const StreamSummary done = compensate_stream(compensator, model->machine, in, "rows.csv", out, quiet());
+    EXPECT_EQ(done.probed, 2);
+    EXPECT_NEAR(done.probed_rms_um, std::hypot(error_um.x(), error_um.z()) / std::sqrt(2.0), 1e-3);
+    EXPECT_LT(done.left_rms_um, 0.1 * std::abs(error_um.x()));
+  }
+}
+
 TEST(CompensateStream, ALineWithoutEndHasALimit) {
   class Endless : public std::streambuf {
   public:

@@ -4,14 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
-#include "core/file.h"
-#include "core/key_reference.h"
 #include "metrology/budget/budget_keys.h"
+#include "tests/core/reference_page.h"
 
 namespace thermotwin::metrology {
 namespace {
@@ -85,14 +83,7 @@ TEST(Budget, CorrelationsWithANegativeVarianceAreRefused) {
 }
 
 TEST(Budget, ReferencePageIsThatOfTheReader) {
-  const std::string text =
-      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
-      "Budget.ReferencePageIsThatOfTheReader writes it. -->\n" +
-      core::key_reference(budget_keys());
-  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
-    core::write_file(std::filesystem::path(folder) / "budget.md", text);
-  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/budget.md"), text)
-      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/metrology_tests --gtest_filter=Budget.*";
+  core::expect_reference_page("budget", budget_keys(), "metrology_tests");
 }
 
 }  // namespace

@@ -3,11 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "core/error.h"
 #include "core/file.h"
-#include "core/key_reference.h"
+#include "tests/core/reference_page.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/machines/five_axis.h"
 
@@ -82,16 +80,7 @@ TEST(PlanFiles, SlipsAreRefused) {
   EXPECT_EQ(refused(text), "");
 }
 
-TEST(PlanFiles, ReferencePageIsThatOfTheReader) {
-  const std::string text =
-      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
-      "PlanFiles.ReferencePageIsThatOfTheReader writes it. -->\n" +
-      core::key_reference(plan_keys());
-  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
-    core::write_file(std::filesystem::path(folder) / "plan.md", text);
-  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/plan.md"), text)
-      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/metrology_tests --gtest_filter=PlanFiles.*";
-}
+TEST(PlanFiles, ReferencePageIsThatOfTheReader) { core::expect_reference_page("plan", plan_keys(), "metrology_tests"); }
 
 }  // namespace
 }  // namespace thermotwin::metrology

@@ -3,11 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
-#include "core/file.h"
-#include "core/key_reference.h"
 #include "metrology/rtest/record_keys.h"
+#include "tests/core/reference_page.h"
 
 namespace thermotwin::metrology {
 namespace {
@@ -25,14 +22,7 @@ TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
 }
 
 TEST(RTestRecord, ReferencePageIsThatOfTheReader) {
-  const std::string text =
-      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
-      "RTestRecord.ReferencePageIsThatOfTheReader writes it. -->\n" +
-      core::key_reference(record_keys());
-  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
-    core::write_file(std::filesystem::path(folder) / "rtest.md", text);
-  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/rtest.md"), text)
-      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/metrology_tests --gtest_filter=RTestRecord.*";
+  core::expect_reference_page("rtest", record_keys(), "metrology_tests");
 }
 
 }  // namespace

@@ -3,12 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "core/error.h"
 #include "core/file.h"
-#include "core/key_reference.h"
 #include "nc/control/control_keys.h"
+#include "tests/core/reference_page.h"
 #include "tests/core/temporary_folder.h"
 
 namespace thermotwin::nc {
@@ -25,14 +23,7 @@ mesh::Machine machine() {
 }
 
 TEST(ControlProfile, ReferencePageIsThatOfTheReader) {
-  const std::string text =
-      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
-      "ControlProfile.ReferencePageIsThatOfTheReader writes it. -->\n" +
-      core::key_reference(control_keys());
-  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
-    core::write_file(std::filesystem::path(folder) / "control.md", text);
-  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/control.md"), text)
-      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/nc_tests --gtest_filter=ControlProfile.*";
+  core::expect_reference_page("control", control_keys(), "nc_tests");
 }
 
 TEST(ControlProfile, BuiltInOnesAreRead) {
@@ -40,6 +31,7 @@ TEST(ControlProfile, BuiltInOnesAreRead) {
   EXPECT_EQ(linuxcnc.words.size(), 3U);
   EXPECT_EQ(linuxcnc.axes[0].speed, 0.5);
   EXPECT_EQ(linuxcnc.axes[0].acceleration, 3.0);
+  EXPECT_NEAR(linuxcnc.axes[1].acceleration, 26.1799388, 1e-6);
   EXPECT_EQ(linuxcnc.moves, 2e7);
   EXPECT_GT(ControlProfile::load("fanuc", machine()).words.size(), 10U);
   EXPECT_THROW(ControlProfile::load("heidenhain", machine()), core::InputError);

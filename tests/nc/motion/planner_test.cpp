@@ -81,6 +81,17 @@ TEST(Planner, PausesStopTheAxes) {
   EXPECT_NEAR(timed[2].start, 1.0 + 0.05 + 3.0, 1e-12);
 }
 
+// Exact path mode stops where a move ends, and rounds the corners within one.
+TEST(Planner, ExactPathStopsAtTheEndsOfMoves) {
+  std::vector<Element> elements = {line(at(0, 0), at(0.1, 0), 0.1), line(at(0.1, 0), at(0.2, 0.001), 0.1),
+                                   line(at(0.2, 0.001), at(0.3, 0.003), 0.1)};
+  for (Element& element : elements) element.path_mode = 2;
+  elements[0].last = false;
+  const std::vector<Timed> timed = plan(elements, 10);
+  EXPECT_GT(timed[0].v1, 0.05);
+  EXPECT_EQ(timed[1].v1, 0.0);
+}
+
 // Collinear pieces are as fast as the whole.
 TEST(Planner, PiecesOfALineTakeTheTimeOfTheLine) {
   std::vector<Element> pieces;

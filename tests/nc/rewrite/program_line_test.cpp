@@ -21,6 +21,12 @@ TEST(ProgramLine, FindsWordsAndLeavesTheRest) {
 
 TEST(ProgramLine, KnowsControlFlowParametersAndOddSpelling) {
   EXPECT_TRUE(parsed("o100 while [#1 lt 5]").control);
+  for (const char* name : {"O1234", "o 12 (part)", "N5 O7 ; part"}) {
+    EXPECT_TRUE(parsed(name).label) << name;
+    EXPECT_FALSE(parsed(name).control) << name;
+  }
+  for (const char* word : {"O1 sub", "o<part> call", "o#1 call", "o2endif"}) EXPECT_FALSE(parsed(word).label) << word;
+  EXPECT_TRUE(parsed("o2endif").control);
   EXPECT_TRUE(parsed("#1 = 5").assigns);
   EXPECT_FALSE(parsed("G1 X#1").assigns);
   EXPECT_TRUE(parsed("G1 X#<depth of cut> Y1").find('X')->expression);
@@ -30,6 +36,10 @@ TEST(ProgramLine, KnowsControlFlowParametersAndOddSpelling) {
   EXPECT_TRUE(parsed("X-[1+[2*3]] Y2").find('X')->expression);
   EXPECT_EQ(parsed("X-[1+[2*3]] Y2").find('Y')->value, 2.0);
   EXPECT_TRUE(parsed("Xsin[30] Y2").find('X')->expression);
+  ProgramLine two = parsed("Xatan[1] / [2] Y2");
+  two.set('X', "5.0", "");
+  EXPECT_EQ(two.text, "X5.0 Y2");
+  EXPECT_EQ(parsed("Xend Y2").find('Y')->value, 2.0);
 }
 
 TEST(ProgramLine, RemovesWordsAndKeepsEnds) {

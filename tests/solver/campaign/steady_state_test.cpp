@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "solver/campaign/simulation.h"
+#include "solver/operation/layout.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/heat_balance.h"
 #include "solver/thermal/integrator.h"
@@ -107,6 +108,27 @@ TEST(SteadyState, KeepsTheReturnOfAPiChillerWhereItCan) {
               0.02)
         << power;
   }
+}
+
+TEST(SteadyState, AChillerIsHeldToItsLimitByTheLastSolutionOnly) {
+  // Films at their nominal temperature take less heat, so that the first solution asks the chiller for more.
+  mesh::Machine machine = test::slide_machine();
+  machine.films[0].of_temperature = true;
+  machine.films[0].exact_radiation = true;
+  mesh::CoolantSpec& coolant = machine.coolants[0];
+  coolant.control = mesh::ChillerControl::pi;
+  coolant.controls_return = true;
+  coolant.guide_sensor.clear();
+  coolant.power = 1e4;
+  const SteadyRig strong(machine);
+  const SteadyState free = strong.steady();
+  const int returns = reading_index(machine, strong.system.layout, ObservedKind::coolant_return, 0);
+  const double cooling = (strong.system.sensors * free.temperature)[returns] - free.inlet_K[0];
+  coolant.power = 1.0005 * cooling * coolant.flow.value * coolant.specific_heat;
+  const SteadyRig enough(machine);
+  const SteadyState state = enough.steady();
+  EXPECT_TRUE(state.at_limit.empty());
+  EXPECT_LT((state.temperature - free.temperature).cwiseAbs().maxCoeff(), 1e-5);
 }
 
 TEST(SteadyState, NamesACompressorThatSwitches) {

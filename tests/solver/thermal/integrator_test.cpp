@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <numbers>
 #include <random>
 
+#include "core/binary.h"
 #include "core/thread_pool.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/assembly.h"
@@ -231,6 +233,40 @@ TEST(ThermalIntegrator, ALoadDoesNotDependOnItsNeighboursBeyondTheTolerance) {
     alone.advance(single, {c[2]}, 60.0);
   }
   EXPECT_LT((block.col(2) - single.col(0)).cwiseAbs().maxCoeff(), 1e-9 * single.cwiseAbs().maxCoeff());
+}
+
+TEST(ThermalIntegrator, AFirstGuessOfEarlierStepsSavesIterationsOnly) {
+  const Rig s;
+  constexpr int loads = 4, steps = 40;
+  const auto run = [&](int recycled, int stop, long& iterations) {
+    IntegratorOptions options;
+    options.tolerance = 1e-11;
+    options.recycled = recycled;
+    options.factor_memory = 0.0;  // one factor, which fits no load
+    auto integrator = std::make_unique<ThermalIntegrator>(s.system, options);
+    Eigen::MatrixXd state = Eigen::MatrixXd::Zero(s.system.size, loads);
+    for (int step = 0; step < steps; ++step) {
+      std::vector<Coefficients> c;
+      for (int l = 0; l < loads; ++l) c.push_back(s.coefficients(step / 20, l));
+      if (step == stop) {
+        // From a checkpoint it goes on with the same bits.
+        core::BinaryWriter out;
+        integrator->save(out);
+        integrator = std::make_unique<ThermalIntegrator>(s.system, options);
+        core::BinaryReader in(out.bytes(), "checkpoint");
+        integrator->load(in);
+      }
+      integrator->advance(state, c, 60.0);
+    }
+    iterations = integrator->statistics().iterations;
+    return state;
+  };
+  long without = 0, with = 0, resumed = 0;
+  const Eigen::MatrixXd plain = run(0, -1, without), guessed = run(8, -1, with), again = run(8, 13, resumed);
+  EXPECT_LT(with, 0.8 * without);
+  EXPECT_LT((guessed - plain).cwiseAbs().maxCoeff(), 1e-8 * plain.cwiseAbs().maxCoeff());
+  EXPECT_EQ(guessed, again);
+  EXPECT_EQ(with, resumed);
 }
 
 }  // namespace thermotwin::solver

@@ -77,7 +77,7 @@ TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
   options.bias_K = 0.0;
   const SensorChoice choice({standing(3, {60.0})}, parameters(3), places, tcp, options);
   EXPECT_EQ(choice.greedy(1), std::vector<int>{2});
-  const std::vector<int> greedy = choice.greedy(2), mended = choice.chosen(2);
+  const std::vector<int> greedy = choice.greedy(2), mended = choice.chosen(greedy);
   EXPECT_LT(choice.left_um(mended), choice.left_um(greedy));
   // No pair is better.
   double best = std::numeric_limits<double>::infinity();

@@ -19,15 +19,15 @@ TEST(Slurm, ScriptsAreAnArrayAndAJobAfterIt) {
   const core::TemporaryFolder folder;
   SlurmJob job;
   job.name = "family";
-  job.program = "/opt/it's here/thermotwin";
-  job.command = "study variants plan.toml --out out";
-  job.folder = folder.path() / "slurm";
+  job.command = "'/opt/it is here/thermotwin' study variants plan.toml --out out";
+  job.folder = folder.path() / "90 % of \"all\" #1";
   job.tasks = 7;
   job.hours = 26.5;
   write_slurm(job);
   const std::string array = core::read_file(job.folder / "array.sbatch");
   for (const char* line : {"#SBATCH --array=0-6\n", "#SBATCH --requeue\n", "#SBATCH --time=1-02:30:00\n",
-                           "--part \"$SLURM_ARRAY_TASK_ID/7\"", "'/opt/it'\\''s here/thermotwin' study variants"})
+                           "--part \"$SLURM_ARRAY_TASK_ID/7\"", "\n'/opt/it is here/thermotwin' study variants",
+                           "/90 %% of \\\"all\\\" #1\"/task_%a.log\n"})
     EXPECT_TRUE(has(array, line)) << line << "\n" << array;
   EXPECT_TRUE(has(core::read_file(job.folder / "gather.sbatch"), " --gather"));
   const std::string submit = core::read_file(job.folder / "submit.sh");
@@ -46,8 +46,7 @@ protected:
     core::write_file(path("program"), "#!/bin/bash\n" + program);
     core::write_file(path("scontrol"), "#!/bin/bash\necho \"$*\" >> '" + path("requeued") + "'\n");
     SlurmJob job;
-    job.program = path("program");
-    job.command = "study variants plan";
+    job.command = path("program") + " study variants plan";
     job.folder = folder_.path();
     job.tasks = 3;
     core::write_file(path("array.sbatch"), array_script(job));
