@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/html_name.h"
 #include "core/plot.h"
 #include "core/text.h"
 
@@ -34,7 +35,7 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th {
   text-align:left; vertical-align:bottom; line-height:1.3; color:var(--soft); font-weight:500; font-size:13px }
   th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td:not(.n) {
-  white-space:normal; overflow-wrap:anywhere; min-width:84px } td.w { min-width:200px } td.n,th.n {
+  white-space:normal; overflow-wrap:break-word; min-width:84px } td.w { min-width:200px } td.n,th.n {
   text-align:right; padding-right:18px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px;
   background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%;
@@ -92,7 +93,7 @@ std::string table_row(const std::vector<std::string>& row, const std::vector<cha
                           number               ? " class=\"n\""
                           : row[c].size() > 32 ? " class=\"w\""
                                                : "",
-                          html_sentence(row[c]), tag);
+                          number ? html_sentence(row[c]) : breakable(html_sentence(row[c])), tag);
   }
   return markup + "</tr>\n";
 }

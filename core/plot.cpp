@@ -37,8 +37,8 @@ constexpr std::size_t first_series = 2;
 /// Colours as explicit values: readers of SVG other than browsers know no variables.
 std::string scheme(bool dark) {
   std::string css =
-      dark ? ".plot .paper{fill:#1c222a}.plot .grid{stroke:#313a46}.band{color:#e6eaf01c}.shade{color:#6bb3e814}"
-           : ".plot .paper{fill:#ffffff}.plot .grid{stroke:#dde2e8}.band{color:#1c243014}.shade{color:#1b6ca80d}";
+      dark ? ".plot .paper{fill:#1c222a}.plot .grid{stroke:#313a46}.band{color:#e6eaf01c}.shade{color:#6bb3e82b}"
+           : ".plot .paper{fill:#ffffff}.plot .grid{stroke:#dde2e8}.band{color:#1c243014}.shade{color:#1b6ca821}";
   const Colour &black = colours[0], &grey = colours[1];
   css += fmt::format(".plot text{{fill:{0}}}.plot .zero{{stroke:{0}}}.plot .title{{fill:{1}}}",
                      dark ? grey.dark : grey.light, dark ? black.dark : black.light);

@@ -9,19 +9,13 @@
 
 #include "compensation/evaluation/plots.h"
 #include "compensation/evaluation/validation.h"
+#include "core/html_name.h"
 #include "core/html_page.h"
 #include "core/text.h"
 #include "tools/page.h"
 
 namespace thermotwin::tools {
 namespace {
-
-/// A name that may break after its underscores.
-std::string breakable(const std::string& name) {
-  std::string markup;
-  for (const char c : core::xml_text(name)) markup += c == '_' ? std::string("_<wbr>") : std::string(1, c);
-  return markup;
-}
 
 std::string number(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
@@ -73,7 +67,8 @@ std::string headline(const compensation::Evaluation& e) {
     sentences.emplace_back("No other model predicts this measurement better than the static regression.");
   return core::html_finding(tone, "best model", sentences) +
          core::html_tiles(
-             {core::html_tile("best model", breakable(best.model), fmt::format("of {} models", e.leaderboard.size())),
+             {core::html_tile("best model", core::breakable(core::xml_text(best.model)),
+                              fmt::format("of {} models", e.leaderboard.size())),
               core::html_tile("RMS removed", fmt::format("{:.1f}&#8239;%", best.reduction_percent),
                               fmt::format("by the best model, {} channels", best.channels)),
               core::html_tile("against static regression", fmt::format("{:.1f}&#8239;%", best.against_static_percent),

@@ -9,6 +9,7 @@
 
 namespace thermotwin::tools {
 
+/// @return a self-contained HTML document
 std::string evaluation_page(const EvaluateOptions& options, const compensation::Evaluation& evaluation);
 
 }  // namespace thermotwin::tools

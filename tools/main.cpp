@@ -90,7 +90,8 @@ int parse_and_run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
+    const bool unknown_verb = given_verb(app).app == &app && !app.remaining().empty();  // beside --help too
+    if (error.get_exit_code() == 0 && !unknown_verb) return app.exit(error);
     std::cerr << "thermotwin: " << usage_message(app, error) << "\n";
     std::cerr << "see: thermotwin " << given_verb(app).words << "--help\n";
     return 2;

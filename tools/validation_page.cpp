@@ -43,8 +43,8 @@ std::string dots_section(const std::string& heading, const std::string& svg) {
                             svg);
 }
 
-std::string tables(const compensation::Rows& rows, const compensation::Rows* full) {
-  std::string markup = core::html_section("In numbers", "", core::html_table(rows));
+std::string tables(const compensation::Rows& rows, const compensation::Rows* full, const std::string& legend = "") {
+  std::string markup = core::html_section("In numbers", legend, core::html_table(rows));
   if (full != nullptr) markup += core::html_section("The same on full models", "", core::html_table(*full));
   return markup;
 }
@@ -102,10 +102,10 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
       head, "Validation",
       core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
           core::html_tiles(tiles) + dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
-          traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
-          "<p class=\"sub\">Columns without % are RMS in µm. Surroundings known: without sensors, with every "
-          "ambient at the hall temperature. Cut by sensors: share of that residual which the sensors "
-          "remove.</p>\n" +
+          traces_section(main.traces) +
+          tables(rows, full != nullptr ? &of_full : nullptr,
+                 "Columns without % are RMS in µm. Surroundings known: without sensors, with every ambient at the hall "
+                 "temperature. Cut by sensors: share of that residual which the sensors remove.") +
           next_steps(head.options, {more_machines, power_off}));
 }
 

@@ -19,6 +19,7 @@ struct ValidationHead {
 };
 
 /// @param full  the same study on full models where `main` is on reduced ones; may be nullptr
+/// @return a self-contained HTML document
 std::string validation_page(const ValidationHead& head, const compensation::Validation& main,
                             const compensation::Validation* full);
 std::string validation_page(const ValidationHead& head, const compensation::PowerOffStudy& main,

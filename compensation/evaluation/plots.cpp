@@ -98,8 +98,11 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   core::Plot plot(960, 610, channel + ", measured and predicted");
   core::Panel above(plot, {70, 44, 860, 276}, time, value),
       below(plot, {70, 350, 860, 216}, time, {fmt::format("measured minus predicted in {}", unit), false, -half, half});
+  // Reduced models are not fitted; all fitted ones have the same rows.
+  const auto fitted = std::find_if(evaluation.rows.begin(), evaluation.rows.end(),
+                                   [&](const EvaluationRow& row) { return row.training && row.channel == channel; });
   for (const EvaluationRow& row : evaluation.rows) {
-    if (shown.empty() || !row.training || row.channel != channel || row.model != shown.front()) continue;
+    if (!row.training || row.channel != channel || row.model != fitted->model) continue;
     for (core::Panel* panel : {&above, &below})
       panel->shade(row.from_s / core::units::hour, row.to_s / core::units::hour);
   }
@@ -115,7 +118,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
     below.line(hours, measured - predicted, ink);
     legend = plot.key(legend, 20, shown[i], ink);
   }
-  plot.text(legend, 24, "shaded: training data");
+  if (fitted != evaluation.rows.end()) plot.text(legend, 24, "shaded: training data");
   return plot.file();
 }
 

@@ -2,10 +2,10 @@
 #pragma once
 // Every model that is fitted to a measurement, behind one interface: fit on some rows of a
 // measurement, predict all its displacement channels row by row, explain, save and load.
-// Most models have a separate fit for each channel. Two interpolate over the workspace
-// (Okenka et al.): `one_point` has one transfer function a quantity and a factor b_j for each pose,
-// one for each load level; `transfer_grid` has a transfer function at each pose. Both predict poses
-// that no fit has seen (EvaluateOptions::check) by interpolation between those that it has.
+// Most models have a separate fit for each channel. Some interpolate over the workspace: `one_point` (Okenka et al.) has
+// one transfer function a quantity and a factor b_j for each pose, one for each load level; `transfer_grid`,
+// `static_grid` and `composite_grid` have a model at each pose. They predict poses without a fit
+// (EvaluateOptions::check) by interpolation between those that have one.
 // `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
 
 #include <filesystem>
@@ -39,8 +39,8 @@ public:
   void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
 
   /// Why fits are doubtful: "<channel>: <reason>" of each member that lies at a bound of its search or fell back on
-  /// another model;
-  /// what was refused.
+  /// another model,
+  /// and of each channel that was refused.
   std::vector<std::string> cautions() const;
 
   /// Parameters of each channel in words.

@@ -21,7 +21,7 @@ struct DataRecord {
   double interval = 0;                                  ///< s
 };
 
-/// @throws InputError: no input, no displacement, a record too short to be divided
+/// @throws InputError for a record without displacement or changing input, or of less than 36 intervals
 DataRecord data_record(const compensation::Measurement& measurement, double interval_s);
 
 }  // namespace thermotwin::diagnosis

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a machine does in a test, block by block: rapids, feeds, arcs, turns, dwells, the spindle. A block becomes a
-// line of the NC program. A stage is a run of blocks that the load program has as one phase: each axis with the range
-// of its
-// positions, its mean feed and the share of time in which it moves, so that feed x time is the way that the blocks go.
+// The motion of a machine in a test, block by block: rapids, feeds, arcs, turns, dwells, the spindle. A block becomes a
+// line of the NC program. A stage is a run of blocks and becomes one phase of the load program. The phase has for each
+// axis the range of its positions, its mean feed and the share of time in which it moves, so that feed times time is the
+// path of the blocks.
 // Every position is checked against the travel and every speed against the rapid of its axis.
 
 #include <optional>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The keys of names.toml, which names what the matrices of a foreign system belong to.
+// The keys of names.toml. The file stands beside matrices of another program and gives names, units and values to films
+// (matrices), inputs (columns of B) and outputs (rows of C).
 
 #include "core/key_table.h"
 

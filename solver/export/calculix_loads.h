@@ -9,12 +9,13 @@
 
 namespace thermotwin::solver::calculix {
 
-/// Amplitudes to be written before the steps, and the loads of the first step.
+/// Keywords of a CalculiX deck. *AMPLITUDE goes before the steps, films, fluxes and temperatures into the first step.
 struct Loads {
   std::string amplitudes, lines;
-  bool has_level = false;  ///< something knows a temperature: a steady state is one
+  bool has_level = false;  ///< a film, mount or coolant fixes the temperature level, so that a steady state exists
 };
 
+/// @param contact  the points of each joint
 Loads loads_text(Model& model, const Program& program, const std::vector<std::vector<ContactPoint>>& contact);
 
 }  // namespace thermotwin::solver::calculix

@@ -171,10 +171,10 @@ TEST(Bound, HoldsInEveryEntryWithAReferenceBesideTheModel) {
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   ASSERT_TRUE(fs::exists(toy.result("reference.rom.h5"))) << "the test is of a model with its reference";
   const auto before = files_in(toy.result("campaign"));
-  const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed", "--json"});
-  ASSERT_EQ(run.status, 0) << run.err;
+  const Result ran = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed", "--json"});
+  ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_EQ(files_in(toy.result("campaign")), before) << "the full model's tables were touched";
-  const auto load = nlohmann::json::parse(run.out)["loads"][0];
+  const auto load = nlohmann::json::parse(ran.out)["loads"][0];
   EXPECT_LE(load["estimate_at_bound_poses_um"].get<double>(), load["estimate_um"].get<double>());
   EXPECT_LE(load["estimate_at_bound_poses_um"].get<double>(), load["bound_um"].get<double>()) << "at the same pose";
 
@@ -186,10 +186,10 @@ TEST(Bound, AMachineWithoutAxesHasOneTooAndNoEmptyNames) {
   write_block(toy);
   const Result reduced = toy.run({"reduce", toy.path(), "--bound"});
   ASSERT_EQ(reduced.status, 0) << reduced.err;
-  const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
-  ASSERT_EQ(run.status, 0) << run.err;
-  EXPECT_SAYS(run.out, "bounds at the only pose");
-  EXPECT_SAYS(run.out, "estimated at the bound's poses um");
+  const Result ran = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_SAYS(ran.out, "bounds at the only pose");
+  EXPECT_SAYS(ran.out, "estimated at the bound's poses um");
   EXPECT_EQ(reduced.out.find("between the stored ones"), std::string::npos) << reduced.out;
   expect_bounded(toy, 1);
 }
@@ -203,8 +203,8 @@ TEST(Bound, AMachineWithoutAxesAndSensorsGoesThroughValidation) {
   const Result reduced = toy.run({"reduce", toy.path(), "--bound"});
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   EXPECT_SAYS(reduced.out, "no sensors");
-  const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
-  ASSERT_EQ(run.status, 0) << run.err;
+  const Result ran = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
+  ASSERT_EQ(ran.status, 0) << ran.err;
   expect_bounded(toy, 1);
   const Result validated = toy.run({"validate", toy.path(), "--draws", "2"});
   EXPECT_EQ(validated.status, 0) << validated.err;

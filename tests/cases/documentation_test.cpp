@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Commands of the documentation. A page's blocks run in a folder of their own that holds cases and tests/cases/toy,
-// with the built program as thermotwin. A block of ```sh runs as it stands. A command of ```sh long runs on the toy
-// machine if it names nothing else of a case. The others, and those of ```sh parse, have verbs, options and paths that
-// exist.
+// Commands, links and commits of the documentation. A page's blocks run in a folder of their own that holds cases and
+// tests/cases/toy, with the built program as thermotwin. A block of ```sh runs as it stands. A command of ```sh long
+// runs on the toy machine if it names nothing else of a case. The others, and those of ```sh parse, have verbs,
+// options and paths that exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <regex>
 #include <set>
+#include <sstream>
 
 #include "tests/cases/help.h"
 #include "tests/cases/texts.h"
@@ -280,6 +282,109 @@ TEST(Tutorial, TheMillOfTheCasesIsWhatItsPagesWrite) {
   }
 }
 
+/// Lines of a page outside of its code blocks.
+std::vector<std::string> prose_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  bool code = false;
+  for (std::string line; std::getline(all, line);) {
+    const bool fence = line.find("```") == line.find_first_not_of(' ') && line.find("```") != std::string::npos;
+    if (fence) code = !code;
+    if (!fence && !code) lines.push_back(line);
+  }
+  return lines;
+}
+
+/// The anchor that a heading gets on the web: small letters, digits, - and _, a blank becomes -.
+std::string anchor_of(const std::string& heading) {
+  const std::string words = std::regex_replace(heading, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
+  std::string anchor;
+  for (const char c : words.substr(words.find_first_not_of("# "))) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || c == '-' || c == '_' || byte >= 0x80) {
+      anchor += static_cast<char>(std::tolower(byte));
+    } else if (c == ' ') {
+      anchor += '-';
+    }
+  }
+  return anchor;
+}
+
+TEST(DocumentationLinks, LeadToFilesAndHeadings) {
+  static const std::regex link(R"(\]\(([^)#\s]*)(?:#([^)\s]*))?\))");
+  int found = 0;
+  for (const fs::path& page : files_with(".md")) {
+    for (const std::string& line : prose_lines(read(source_tree() / page))) {
+      for (std::sregex_iterator at(line.begin(), line.end(), link); at != std::sregex_iterator(); ++at) {
+        const std::string file = (*at)[1], anchor = (*at)[2];
+        if (file.starts_with("http")) continue;
+        ++found;
+        const fs::path target = file.empty() ? page : (page.parent_path() / file).lexically_normal();
+        const bool exists = fs::exists(source_tree() / target);
+        EXPECT_TRUE(exists) << page << ": no " << target;
+        if (anchor.empty() || target.extension() != ".md" || !exists) continue;
+        const std::vector<std::string> lines = prose_lines(read(source_tree() / target));
+        EXPECT_TRUE(std::any_of(
+            lines.begin(), lines.end(),
+            [&](const std::string& of_target) { return of_target.starts_with("#") && anchor_of(of_target) == anchor; }))
+            << page << ": no heading #" << anchor << " in " << target;
+      }
+    }
+  }
+  EXPECT_GT(found, 400);
+}
+
+TEST(DocumentationLinks, TheMapNamesEveryPage) {
+  const std::string map = read(source_tree() / "docs/README.md");
+  for (const fs::path& page : files_with(".md")) {
+    if (*page.begin() != "docs" || page == "docs/README.md") continue;
+    EXPECT_NE(map.find("(" + page.lexically_relative("docs").string()), std::string::npos) << page;
+  }
+}
+
+TEST(VerbReference, HasARowForEachOption) {
+  const std::string page = read(source_tree() / "docs/reference/verbs.md");
+  const auto section = [&](const std::string& heading) {
+    const std::size_t begin = page.find("\n## " + heading + "\n");
+    return begin == std::string::npos ? "" : page.substr(begin, page.find("\n## ", begin + 1) - begin);
+  };
+  const std::string common = section("Common options");
+  ASSERT_FALSE(common.empty());
+  for (const std::string& verb : verbs()) {
+    const std::string own = section(verb);
+    EXPECT_FALSE(own.empty()) << verb;
+    EXPECT_NE(page.find("[`" + verb + "`](#" + verb + ")"), std::string::npos) << verb;
+    for (const std::string& option : options_of(verb)) {
+      if (!option.starts_with("--")) continue;
+      EXPECT_TRUE((own + common).find("`" + option + "`") != std::string::npos) << verb << " " << option;
+    }
+  }
+}
+
+// A figure without the commit that measured it cannot be repeated.
+TEST(Results, EachSectionWithATableNamesItsCommit) {
+  static const std::regex row(R"(\| (.*) \| (.*\b[0-9a-f]{7}\b.*|every run of the tests) \| .*\|)");
+  int tables = 0;
+  for (const fs::path& page : files_with(".md")) {
+    if (page.parent_path() != "docs/results" || page.filename() == "README.md") continue;
+    std::string heading;
+    std::set<std::string> with_table, with_commit;
+    for (const std::string& line : prose_lines(read(source_tree() / page))) {
+      std::smatch cells;
+      if (line.starts_with("#")) {
+        heading = line.substr(line.find(' ') + 1);
+      } else if (line.starts_with("|") && heading != "Commits") {
+        with_table.insert(heading);
+      } else if (std::regex_match(line, cells, row)) {
+        with_commit.insert(cells[1]);
+      }
+    }
+    EXPECT_EQ(with_commit, with_table) << page;
+    tables += static_cast<int>(with_table.size());
+  }
+  EXPECT_GT(tables, 50);
+}
+
 TEST(DocumentationReader, JoinsLinesAndFindsCalls) {
   const CodeBlock block{"sh", 1, {"# note", "thermotwin mesh cases/vmc5 \\", "  --size 2 | tee log", "", "ls"}};
   EXPECT_EQ(commands_of(block), (std::vector<std::string>{"thermotwin mesh cases/vmc5  --size 2 | tee log", "ls"}));
@@ -294,6 +399,12 @@ TEST(DocumentationReader, RefusesWhatTheProgramDoesNotKnow) {
   EXPECT_EQ(fault_of("thermotwin mash cases/vmc5"), "unknown verb 'mash'");
   EXPECT_EQ(fault_of("thermotwin mesh cases/vmc5 --sise=2"), "unknown option '--sise' of mesh");
   EXPECT_EQ(fault_of("cat cases/vmc5/nosuch.toml"), "no 'cases/vmc5/nosuch.toml' in the tree");
+}
+
+TEST(DocumentationReader, MakesTheAnchorsOfHeadings) {
+  EXPECT_EQ(anchor_of("## Where a `[[film]]` sits, and [why](why.md)"), "where-a-film-sits-and-why");
+  EXPECT_EQ(anchor_of("# M_1: 3 x 4"), "m_1-3-x-4");
+  EXPECT_EQ(prose_lines("# A\n```sh\n# b\n```\nc\n"), (std::vector<std::string>{"# A", "c"}));
 }
 
 TEST(DocumentationReader, TakesTheToyWhereTheCommandNamesNoMore) {

@@ -28,6 +28,13 @@ TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
   }
 }
 
+TEST(Usage, HelpOfAnUnknownVerbNamesTheNearestOne) {
+  const Result result = thermotwin({"compensat", "--help"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_SAYS(result.err, "unknown verb 'compensat'");
+  EXPECT_SAYS(result.err, "nearest: compensate");
+}
+
 TEST(Usage, VerbsAreListedInGroups) {
   const std::string help = thermotwin({"--help"}).out;
   std::size_t last = 0;

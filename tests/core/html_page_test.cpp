@@ -23,6 +23,9 @@ TEST(HtmlPage, EscapesTextAndAlignsNumbers) {
   const std::string table = html_table({{"a<b", "um"}, {"x & y", "-1.5"}, {"z", ""}});
   EXPECT_NE(table.find("<th>a&lt;b</th><th class=\"n\">um</th>"), std::string::npos) << table;
   EXPECT_NE(table.find("<td>x &amp; y</td><td class=\"n\">-1.5</td>"), std::string::npos) << table;
+  EXPECT_NE(html_table({{"model", "pose"}, {"grey_box", "X=1,Y=2 C&D"}})
+                .find("<td>grey_<wbr>box</td><td>X=1,<wbr>Y=2 C&amp;D</td>"),
+            std::string::npos);
   EXPECT_NE(html_title("<script>", "").find("&lt;script&gt;"), std::string::npos);
   EXPECT_NE(html_next_steps({{"why", "a > b"}}).find("a &gt; b"), std::string::npos);
 }

@@ -20,7 +20,8 @@ TEST(TomlPlace, NamesTheLineOfAKey) {
 
 TEST(TomlPlace, NamesTheLineOfAnId) {
   const TemporaryFolder folder;
-  const std::filesystem::path file = folder / "channels.toml";
+  std::filesystem::create_directory(folder / "of monday");  // a place ends at its last space, not at the path's
+  const std::filesystem::path file = folder / "of monday" / "channels.toml";
   write_file(file, "[[channel]]\nid = \"T1\"\n[[channel]]\nkind = \"x\"\n[[channel]]\nid = \"T2\"\n");
   const std::string name = file.string();
   EXPECT_EQ(toml_places_of_ids(file, "channel", {"T2", "T3", "T1"}),

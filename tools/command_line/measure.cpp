@@ -79,27 +79,28 @@ void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
   verb.add_option("--radius", plan.radius_mm, "Distance of the sphere from the table's axis, mm.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  verb.add_option("--azimuth", plan.azimuths_deg,
-                  "Its direction about this axis, from x, deg; several stand for as many spheres, e.g. 0,180.")
+  verb.add_option(
+          "--azimuth", plan.azimuths_deg,
+          "Direction of the sphere from this axis, counted from x, deg; several are as many spheres, e.g. 0,180.")
       ->delimiter(',')
       ->capture_default_str();
-  verb.add_option("--height", plan.height_mm, "Its height above the table point, mm.")->capture_default_str();
-  verb.add_option("--clearance", plan.clearance_mm, "Way that the tool lifts off between points, mm.")
+  verb.add_option("--height", plan.height_mm, "Height of the sphere above the table point, mm.")->capture_default_str();
+  verb.add_option("--clearance", plan.clearance_mm, "Distance by which the tool retracts between points, mm.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   verb.add_option("--angles", plan.angles_deg,
-                  "Positions of the tested axis, deg; of rtest_continuous both ends (default: over its travel).")
+                  "Positions of the tested axis, deg; for rtest_continuous both ends (default: over its travel).")
       ->delimiter(',');
-  verb.add_option("--tilts", plan.tilts_deg, "Of rtest_grid: positions of the axis that carries the tested one, deg.")
+  verb.add_option("--tilts", plan.tilts_deg, "For rtest_grid: positions of the axis that carries the tested one, deg.")
       ->delimiter(',');
   verb.add_option("--tool-offset", planned.tool_offset_mm,
-                  "Way from the machine's tool point to the measured point, mm, e.g. 0,0,-150.")
+                  "Vector from the machine's tool point to the measured point, mm, e.g. 0,0,-150.")
       ->delimiter(',');
-  verb.add_option("--probes-on", planned.mount, "What carries the probes: spindle or table.")
+  verb.add_option("--probes-on", planned.mount, "Carrier of the probes: spindle or table.")
       ->check(CLI::IsMember({"spindle", "table"}))
       ->capture_default_str();
   verb.add_option("--contact-radius", planned.contact_radius_mm,
-                  "Radii of probe tip and sphere together, mm; 0: flat tips.")
+                  "Sum of the radii of probe tip and sphere, mm; 0: flat tips.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   verb.add_option("--noise", planned.noise_um, "Standard deviation of a sample of a probe, um.")
@@ -126,32 +127,33 @@ void add_plan(CLI::App& group) {
                    "Test: rtest, rtest_continuous, rtest_grid, etve, spindle, linear_axis, rotary_axis, random_cycle.")
       ->required();
   verb->add_option("--case", planned.case_path, "Case folder or case.toml.")->required();
-  verb->add_option("--axis", plan.axis, "Tested axis (default: the table's, of linear_axis the first).");
+  verb->add_option("--axis", plan.axis,
+                   "Tested axis (default: the axis of the table; for linear_axis the first linear one).");
   verb->add_option("--load", plan.loads, "Axis under load, or spindle; may be repeated (default: the tested axis).");
-  verb->add_option("--speed", plan.speed,
-                   "Its speed: rpm of the spindle and of endless axes, else mm/min or deg/min (default: half of the "
-                   "largest).")
+  verb->add_option(
+          "--speed", plan.speed,
+          "Speed of the load: rpm for the spindle and endless axes, else mm/min or deg/min (default: half of the "
+          "largest).")
       ->check(CLI::PositiveNumber);
   verb->add_option("--range", plan.range,
-                   "Its motion to and fro, mm or deg, e.g. -90,60 (default: 80 % of the travel).")
+                   "Range of the load's motion to and fro, mm or deg, e.g. -90,60 (default: 80 % of the travel).")
       ->delimiter(',');
   verb->add_option("--warm-up", plan.warm_up_h, "Time under load, h.")->capture_default_str();
-  verb->add_option("--cool-down", plan.cool_down_h, "Time of standstill after it, h.")->capture_default_str();
-  verb->add_option("--interval", plan.interval_min, "From the end of a measurement to the next, min.")
+  verb->add_option("--cool-down", plan.cool_down_h, "Time of standstill after the load, h.")->capture_default_str();
+  verb->add_option("--interval", plan.interval_min, "Time from the end of a measurement to the next one, min.")
       ->capture_default_str();
-  verb->add_option("--pose", plan.pose, "Where axes stand that the test does not move, e.g. B=0 (default: home).");
+  verb->add_option("--pose", plan.pose, "Positions of the axes that the test does not move, e.g. B=0 (default: home).");
   verb->add_option("--feed", plan.feed_deg_min, "Speed of the axis in a continuous test, deg/min.")
       ->capture_default_str();
   verb->add_option("--rate", plan.rate_Hz, "Samples per second.")->capture_default_str();
-  verb->add_option("--speeds", plan.speeds,
-                   "Of random_cycle: lowest and highest speed, as --speed (default: 0 and it).")
+  verb->add_option("--speeds", plan.speeds, "For random_cycle: lowest and highest speed (default: 0 and --speed).")
       ->delimiter(',');
   verb->add_option("--change", plan.change_percent,
-                   "Of random_cycle: probability of another load after an interval, %.")
+                   "For random_cycle: probability of another load after an interval, %.")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  verb->add_flag("--standstills", plan.standstills, "Of random_cycle: each load is followed by a standstill.");
-  verb->add_option("--seed", plan.seed, "Of random_cycle: seed of the random numbers.")->capture_default_str();
+  verb->add_flag("--standstills", plan.standstills, "For random_cycle: each load is followed by a standstill.");
+  verb->add_option("--seed", plan.seed, "For random_cycle: seed of the random numbers.")->capture_default_str();
   verb->add_option("--air", planned.air_C,
                    "Air temperature at both ends and in the middle of the test, degC, e.g. 21,26 (default: the "
                    "machine's).")

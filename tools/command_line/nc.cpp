@@ -10,11 +10,11 @@ void add_nc(CLI::App& app) {
   const auto options = std::make_shared<NcOptions>();
   NcOptions& nc = *options;
   CLI::App* verb =
-      add_verb(app, "nc", "Time, loads and TCP error along an NC program, and the corrected program.",
+      add_verb(app, "nc", "Computes time, loads and TCP error along an NC program, and writes the corrected program.",
                "thermotwin nc out/model.rom.h5 part.ngc --control linuxcnc --out out", options, &tools::nc);
-  verb->add_option("model", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
+  verb->add_option("MODEL", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
       ->required();
-  verb->add_option("program", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
+  verb->add_option("PROGRAM", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
   verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc or a TOML file.")->capture_default_str();
   verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
   verb->add_option("--folder", nc.folder,

@@ -34,8 +34,12 @@ Evaluation evaluation() {
   row.channel = "z";
   row.unit = "um";
   row.to_s = 3600.0;
-  row.training = true;
   result.rows = {row};
+  row.training = true;
+  for (const char* model : {"grey_box", "arx"}) {
+    row.model = model;
+    result.rows.push_back(row);
+  }
   result.predictions.columns = {"time_s", "z_measured"};
   for (const Standing& each : result.leaderboard) result.predictions.columns.push_back("z_" + each.model);
   result.predictions.values.resize(3, 6);
@@ -68,6 +72,9 @@ TEST(Plots, AChannelShowsTheBestModelsAndTheStaticRegression) {
                            ">time in h<", "shaded: training data"})
     EXPECT_EQ(count(svg, text), 1) << text;
   EXPECT_EQ(count(svg, "nan"), 0);
+  Evaluation unfitted = evaluation();
+  unfitted.rows.resize(1);
+  EXPECT_EQ(count(channel_svg(unfitted, "z"), "area shade|shaded"), 0);
 }
 
 TEST(Plots, TheLengthStudyHasABoxAMeasurementAndTheOutliers) {
