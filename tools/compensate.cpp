@@ -15,6 +15,7 @@
 #include "compensation/online/stream.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/process.h"
 #include "core/progress.h"
 #include "core/units.h"
 #include "reduction/model/model_file.h"
@@ -22,6 +23,7 @@
 #include "tools/chain.h"
 #include "tools/descriptor_input.h"
 #include "tools/options.h"
+#include "tools/serve/model_line.h"
 #include "tools/twin_json.h"
 
 namespace thermotwin::tools {
@@ -134,7 +136,7 @@ public:
     if (!options.json_lines) return;
     json_.emplace(model, twin, options.model);
     stream_.line = [this](const compensation::Offsets& offsets, std::string_view status) {
-      return json_->line(offsets, status);
+      return json_->line(offsets, status, state_ && state_->is_failing());
     };
   }
   Run(const Run&) = delete;
@@ -256,9 +258,7 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
-}  // namespace
-
-void compensate(const CompensateOptions& options) {
+void run_rows(const CompensateOptions& options) {
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
@@ -275,6 +275,7 @@ void compensate(const CompensateOptions& options) {
   }
   std::istream piped(&standard_input);
   Run run(options, model, twin, from_stdin ? piped : file);
+  if (options.announce) std::cout << announcement(twin) << std::endl;
   const compensation::OffsetLimits& limits = twin.limits();
   core::log_line(
       fmt::format("offset limits: {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all axes at rapid",
@@ -298,6 +299,18 @@ void compensate(const CompensateOptions& options) {
   run.finish();
   const double seconds = time.seconds();
   summarise(options, done, seconds, model.system.order(), twin.probed(), probed_of(options, model, done));
+}
+
+}  // namespace
+
+void compensate(const CompensateOptions& options) {
+  try {
+    run_rows(options);
+  } catch (const core::InputError& error) {
+    if (!options.announce) throw;
+    std::cout << refusal(error) << std::endl;  // the front says it
+    core::leave(error.exit_status());
+  }
 }
 
 }  // namespace thermotwin::tools

@@ -9,6 +9,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "compensation/control/state_error.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
@@ -30,8 +31,8 @@ StateFile::StateFile(std::filesystem::path path) : path_(std::move(path)) {
     return;
   }
   ::close(lock_);
-  throw core::InputError(path_.string(), "another process goes on from this state",
-                         "one process per state; wait until it has ended, or name another file");
+  throw StateError(StateFault::in_use, path_.string(), "another process goes on from this state",
+                   "one process per state; wait until it has ended, or name another file");
 }
 
 StateFile::~StateFile() { ::close(lock_); }

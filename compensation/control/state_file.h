@@ -17,7 +17,7 @@ inline constexpr double state_every_s = 60.0;
 class StateFile {
 public:
   /// Takes the lock PATH.lock, which ends with the process.
-  /// @throws InputError if another process has it, or the folder cannot be written
+  /// @throws StateError if another process has it, InputError if the folder cannot be written
   explicit StateFile(std::filesystem::path path);
   ~StateFile();
   StateFile(const StateFile&) = delete;
@@ -31,6 +31,7 @@ public:
   void after_row(double time, const std::function<std::string()>& saved);
   /// @throws InputError (disk full, no permission)
   void write(const std::string& saved) const;
+  bool is_failing() const { return warned_; }  ///< the last write of after_row() failed
 
 private:
   std::filesystem::path path_;
