@@ -86,9 +86,11 @@ private:
 };
 
 /// Goes on from the state where there is one.
-void go_on(const std::filesystem::path& path, compensation::OnlineTwin& twin,
+void go_on(const CompensateOptions& options, compensation::OnlineTwin& twin,
            std::optional<compensation::StateFile>& state) {
-  state.emplace(path);
+  using Writes = compensation::StateFile::Writes;
+  const std::filesystem::path& path = options.state;
+  state.emplace(path, options.announce ? Writes::in_background : Writes::at_once);
   if (const std::optional<std::string> saved = state->read()) {
     twin.load(*saved, path.string());
     core::log_line(fmt::format("goes on from {}: state at {} s", path.string(), twin.time()));
@@ -128,7 +130,7 @@ public:
         machine_(model.machine),
         twin_(twin),
         in_(in) {
-    if (!options.state.empty()) go_on(options.state, twin, state_);
+    if (!options.state.empty()) go_on(options, twin, state_);
     if (!options.lines.empty()) lines_.emplace(options, twin, model);
     stream_.strict = options.strict;
     stream_.probe_std_um = options.probe_std_um;
@@ -168,7 +170,7 @@ private:
   }
 
   /// An interrupt costs nothing of what the rows have said. Those of a file start again from the state before it.
-  void save_after_error() const {
+  void save_after_error() {
     if (!state_ || !any_row_ || can_be_read_again(options_)) return;
     try {
       state_->write(twin_.saved());

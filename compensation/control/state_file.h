@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,9 +17,13 @@ inline constexpr double state_every_s = 60.0;
 
 class StateFile {
 public:
+  /// in_background: a thread of its own writes, so that a disk that takes seconds holds up no row. A write that is due
+  /// while another one goes on waits for its end.
+  enum class Writes { at_once, in_background };
+
   /// Takes the lock PATH.lock, which ends with the process.
   /// @throws StateError if another process has it, InputError if the folder cannot be written
-  explicit StateFile(std::filesystem::path path);
+  explicit StateFile(std::filesystem::path path, Writes writes = Writes::at_once);
   ~StateFile();
   StateFile(const StateFile&) = delete;
   StateFile& operator=(const StateFile&) = delete;
@@ -30,14 +35,20 @@ public:
   /// the next minute; the file before it is still whole. @param time  s  @param saved  gives the bytes
   void after_row(double time, const std::function<std::string()>& saved);
   /// @throws InputError (disk full, no permission)
-  void write(const std::string& saved) const;
+  void write(const std::string& saved);
   bool is_failing() const { return warned_; }  ///< the last write of after_row() failed
 
 private:
+  /// @return whether no write goes on; what the last one said is taken in
+  bool is_idle();
+  void take_in(const std::string& error);
+
   std::filesystem::path path_;
+  Writes writes_;
   int lock_ = -1;
   double written_at_ = -std::numeric_limits<double>::infinity();
   bool warned_ = false;
+  std::future<std::string> writing_;  ///< what went wrong; empty: nothing
 };
 
 }  // namespace thermotwin::compensation

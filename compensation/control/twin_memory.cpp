@@ -36,7 +36,8 @@ void TwinMemory::load(std::string_view saved, const std::string& name) {
       throw StateError(StateFault::other_version, name, "a state that another version of thermotwin saved",
                        "a state of this version; move the file away to start cold");
     case TT_OTHER_MODEL:
-      throw StateError(StateFault::other_model, name, "a state of another model, or of the same model with other options",
+      throw StateError(StateFault::other_model, name,
+                       "a state of another model, or of the same model with other options",
                        "a state of this model with these options; move the file away to start cold");
     default:
       throw StateError(StateFault::damaged, name, "a state that is cut off or damaged",

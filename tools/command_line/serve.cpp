@@ -22,8 +22,9 @@ void add_model_options(CLI::App& verb, ServeOptions& serve) {
   verb.add_option("--largest-offset", serve.largest_um,
                   "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
       ->check(CLI::PositiveNumber);
-  verb.add_option("--offset-rate", serve.rate_um_s,
-                  "Limit of each offset's rate of change, um/s (default: the largest offset in 300 s, plus axis moves).")
+  verb.add_option(
+          "--offset-rate", serve.rate_um_s,
+          "Limit of each offset's rate of change, um/s (default: the largest offset in 300 s, plus axis moves).")
       ->check(CLI::PositiveNumber);
   verb.add_option("--probe-std", serve.probe_std_um,
                   "Standard deviation of the values in the columns probe_dx_um, probe_dy_um and probe_dz_um, um.")
@@ -48,7 +49,8 @@ void add_serve(CLI::App& app) {
   verb->add_option("--state", serve.state, "File of the whole state (default: serve.state beside the model).");
   verb->add_option("--socket", serve.socket,
                    "Local socket for rows and answers, one client at a time (default: standard input and output).");
-  verb->add_option("--port", serve.port, "Port of a page on 127.0.0.1 (default: no page).")->check(CLI::Range(1, 65535));
+  verb->add_option("--port", serve.port, "Port of a page on 127.0.0.1 (default: no page).")
+      ->check(CLI::Range(1, 65535));
   verb->add_flag("--json-lines", serve.json_lines, "Answer with a line of JSON a row instead of CSV.");
   add_model_options(*verb, serve);
   const std::map<std::string, ServePart> parts = {{"model", ServePart::model}, {"page", ServePart::page}};

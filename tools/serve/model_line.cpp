@@ -22,9 +22,8 @@ const char* text_of(compensation::StateFault fault) {
 }  // namespace
 
 std::string announcement(const compensation::OnlineTwin& twin) {
-  nlohmann::json json = {
-      {"limits", {{"largest_um", twin.limits().largest_um}, {"rate_um_s", twin.limits().rate_um_s}}},
-      {"state_s", twin.time()}};  // NaN becomes null
+  nlohmann::json json = {{"limits", {{"largest_um", twin.limits().largest_um}, {"rate_um_s", twin.limits().rate_um_s}}},
+                         {"state_s", twin.time()}};  // NaN becomes null
   for (const std::string& axis : twin.axes()) json["axes"].push_back(core::lower(axis));
   return json.dump();
 }

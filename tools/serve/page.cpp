@@ -70,7 +70,7 @@ std::string page_of(const std::filesystem::path& model_file) {
       "thermotwin serve: " + model.machine.name,
       "<style>.warned { color: #c0392b; font-weight: 600 }</style>" +
           core::html_title(model.machine.name, "thermal offsets beside the control") + core::html_tiles(tiles) +
-          core::html_section("Offsets of the last 24 h", "bands: one standard deviation, drawn up to 50 um",
+          core::html_section("Offsets of the last 24 h", "bands: one standard deviation, drawn up to 50 &micro;m",
                              legend + "<canvas id=\"served-chart\" width=\"1100\" height=\"260\"></canvas>") +
           core::html_section("Sensors", "predictions are those before the last correction", sensors) +
           scene_markup(model, model_file) + "<script>" + served_page_script + "</script>");

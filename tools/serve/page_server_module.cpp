@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <httplib.h>
+#include <string>
+#include <sys/socket.h>
 #include <thread>
 
 #include "tools/serve/page_feed.h"
@@ -21,8 +23,10 @@ bool is_local(const httplib::Request& request) {
 
 void send_events(PageFeed& feed, httplib::Response& response) {
   response.set_header("Cache-Control", "no-store");
+  ++feed.readers;
   response.set_chunked_content_provider(
-      "text/event-stream", [&feed, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+      "text/event-stream",
+      [&feed, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
         std::string text = ": still there\n\n";
         {
           std::unique_lock lock(feed.mutex);
@@ -34,7 +38,8 @@ void send_events(PageFeed& feed, httplib::Response& response) {
           }
         }
         return sink.write(text.data(), text.size());
-      });
+      },
+      [&feed](bool) { --feed.readers; });
 }
 
 }  // namespace
@@ -45,6 +50,11 @@ extern "C" int thermotwin_start_page_server(int port, thermotwin::tools::PageFee
   static httplib::Server server;
   server.new_task_queue = [] { return new httplib::ThreadPool(readers); };
   server.set_write_timeout(5, 0);
+  // The library's own options would let two servers share a port.
+  server.set_socket_options([](int descriptor) {
+    const int yes = 1;
+    ::setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  });
   server.set_pre_routing_handler([](const httplib::Request& request, httplib::Response& response) {
     if (is_local(request)) return httplib::Server::HandlerResponse::Unhandled;
     response.status = 403;
@@ -54,6 +64,7 @@ extern "C" int thermotwin_start_page_server(int port, thermotwin::tools::PageFee
     return [feed, text, type](const httplib::Request&, httplib::Response& response) {
       const std::lock_guard lock(feed->mutex);
       response.set_header("Cache-Control", "no-store");
+      response.set_header("Readers", std::to_string(feed->readers));
       response.set_content(text(*feed), type);
     };
   };

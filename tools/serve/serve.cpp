@@ -68,8 +68,8 @@ std::vector<std::string> model_command(const ServeOptions& options) {
 
 std::vector<std::string> page_command(const ServeOptions& options) {
   if (options.port == 0) return {};
-  std::vector<std::string> command = {own_program(), "serve", options.model.string(), "--part", "page",
-                                      "--port", std::to_string(options.port)};
+  std::vector<std::string> command = {own_program(), "serve",  options.model.string(),      "--part",
+                                      "page",        "--port", std::to_string(options.port)};
   if (options.quiet) command.emplace_back("--quiet");
   return command;
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -51,11 +52,13 @@ std::string Answers::header() const {
   return text + ",status\n";
 }
 
-/// A guard that has these offsets in effect.
+/// A guard that has these offsets in effect, also where the limit is a smaller one now.
 void Answers::start_guard(double time, const Eigen::VectorXd& applied_um) {
-  guard_.emplace(std::ssize(axes_), limits_);
+  compensation::GuardOptions limits = limits_;
+  if (applied_um.size() > 0) limits.largest_um = std::max(limits.largest_um, applied_um.cwiseAbs().maxCoeff());
+  guard_.emplace(std::ssize(axes_), limits);
   guard_->step(time, applied_um);
-  applied_um_ = guard_->step(time, applied_um, limits_.largest_um);
+  applied_um_ = guard_->step(time, applied_um, limits.largest_um);
   has_new_limits_ = false;
 }
 
@@ -78,8 +81,8 @@ const nlohmann::json& Answers::of_model(const ServedRow& row, nlohmann::json lin
   return give(row, std::move(line), wanted, motion_um);
 }
 
-const nlohmann::json& Answers::without_model(const ServedRow& row) {
-  nlohmann::json answer = {{"status", "failed model=gone"}};
+const nlohmann::json& Answers::without_model(const ServedRow& row, const std::string& why) {
+  nlohmann::json answer = {{"status", "failed " + why}};
   for (const std::string& axis : axes_) answer["std_um"][axis] = limits_.largest_um;
   return give(row, std::move(answer), Eigen::VectorXd::Constant(std::ssize(axes_), core::missing), 0.0);
 }
@@ -92,11 +95,14 @@ const nlohmann::json& Answers::give(const ServedRow& row, nlohmann::json answer,
     applied_um_ = guard_->step(row.time, wanted_um, motion_um);
     time_ = row.time;
   }
-  if (std::isfinite(row.stated_s)) answer["time_s"] = row.stated_s;
-  else if (!answer.contains("time_s")) answer["time_s"] = time_;
+  if (std::isfinite(row.stated_s))
+    answer["time_s"] = row.stated_s;
+  else if (!answer.contains("time_s"))
+    answer["time_s"] = time_;
   answer["guard"] = text_of(guard_ ? guard_->state() : compensation::GuardState::holding);
   answer["axes"] = axes_;
-  for (std::size_t i = 0; i < axes_.size(); ++i) answer["offset_um"][axes_[i]] = applied_um_[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    answer["offset_um"][axes_[i]] = applied_um_[static_cast<Eigen::Index>(i)];
   answer["status"] = with_notes(answer.value("status", "failed"), row.notes);
   for (const char* inner : {"wanted_um", "motion_um", "limits"}) answer.erase(inner);
   return last_ = std::move(answer);

@@ -29,8 +29,8 @@ public:
 
   /// The model's answer. @param line  an object of `compensate --json-lines`
   const nlohmann::json& of_model(const ServedRow& row, nlohmann::json line);
-  /// The guard alone.
-  const nlohmann::json& without_model(const ServedRow& row);
+  /// The guard alone. @param why  for the status
+  const nlohmann::json& without_model(const ServedRow& row, const std::string& why);
   /// The last one as its client gets it.
   std::string text() const;
 

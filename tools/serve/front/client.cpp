@@ -54,9 +54,9 @@ std::string Client::line() {
 }
 
 void Client::write(const std::string& text) {
-  const bool whole = is_socket_ ? ::send(out_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) ==
-                                      std::ssize(text)
-                                : write_whole(text);
+  const bool whole = is_socket_
+                         ? ::send(out_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) == std::ssize(text)
+                         : write_whole(text);
   if (whole) return;
   if (!is_socket_) throw core::InputError("standard output", std::strerror(errno), "a pipe or file with room");
   if (!ended_) core::warn("serve: the client does not take its answers; it is not served any more");

@@ -20,6 +20,7 @@
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "tools/serve/front/answers.h"
 #include "tools/serve/front/boot_clock.h"
 #include "tools/serve/front/client.h"
@@ -34,7 +35,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double patience_s = 0.5;       ///< a row without an answer for so long gets the held offsets ...
-constexpr double patience_gone_s = 0.1;  ///< ... or for so long while the model is being started
+constexpr double patience_gone_s = 0.1;  ///< ... or for so long while the model is being started ...
+constexpr double recorded_s = 10.0;      ///< ... or for so long where no machine waits for it
 constexpr double in_use_s = 5.0;         ///< a process of the front before may still save its state
 constexpr double same_warning_s = 60.0;
 
@@ -166,7 +168,7 @@ private:
       if (line.empty()) return;
       if (clock_.take_header(line))
         take_header();
-      else
+      else if (!core::trimmed(line).empty())  // the model gives no answer to a blank line
         take_row(std::move(line));
     }
   }
@@ -283,18 +285,17 @@ private:
       const bool is_answer = next->json.is_object() && next->json.contains("wanted_um");
       if (is_answer && next->json.contains("state")) note_unwritten(next->row);
       give(next->row, is_answer ? answers_.of_model(next->row, std::move(next->json))
-                                : answers_.without_model(next->row));
+                                : answers_.without_model(next->row, "model=gone"));
     }
     while (ServedRow* late = answers_.has_any() ? model_->oldest() : nullptr) {
-      if (now_ - late->since < (model_->is_up() ? patience_s : patience_gone_s)) return;
+      const double live_s = model_->is_up() ? patience_s : patience_gone_s;
+      if (!late->lost && now_ - late->since < (clock_.is_in_real_time() ? live_s : recorded_s)) return;
       late->answered = true;
-      give(*late, answers_.without_model(*late));
+      give(*late, answers_.without_model(*late, model_->is_up() && !late->lost ? "model=late" : "model=gone"));
     }
   }
 
-  void note_unwritten(ServedRow& row) {
-    row.notes += row.notes.empty() ? "state=unwritten" : " state=unwritten";
-  }
+  void note_unwritten(ServedRow& row) { row.notes += row.notes.empty() ? "state=unwritten" : " state=unwritten"; }
 
   void give(const ServedRow& row, const nlohmann::json& answer) {
     if (client_) {

@@ -6,9 +6,12 @@
 namespace thermotwin::tools {
 
 void to_json(nlohmann::json& json, const FrontOptions& options) {
-  json = {{"model", options.model.string()},          {"state", options.state.string()},
-          {"socket", options.socket.string()},        {"json_lines", options.json_lines},
-          {"quiet", options.quiet},                   {"model_command", options.model_command},
+  json = {{"model", options.model.string()},
+          {"state", options.state.string()},
+          {"socket", options.socket.string()},
+          {"json_lines", options.json_lines},
+          {"quiet", options.quiet},
+          {"model_command", options.model_command},
           {"page_command", options.page_command}};
 }
 

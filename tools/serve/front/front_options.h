@@ -12,7 +12,7 @@ namespace thermotwin::tools {
 
 struct FrontOptions {
   std::filesystem::path model, state;
-  std::filesystem::path socket;            ///< empty: standard input and output
+  std::filesystem::path socket;  ///< empty: standard input and output
   bool json_lines = false, quiet = false;
   std::vector<std::string> model_command;  ///< the program first; "--state" and its file are added
   std::vector<std::string> page_command;   ///< empty: no page

@@ -2,6 +2,7 @@
 #include "tools/serve/front/model_process.h"
 
 #include <array>
+#include <csignal>
 #include <fcntl.h>
 #include <unistd.h>
 #include <utility>
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::size_t most_rows = 16;
 constexpr double end_wait_s = 5.0;  ///< for its last state
+constexpr double longest_start_s = 120.0;
 constexpr int pipe_bytes = 1 << 20;
 
 }  // namespace
@@ -64,6 +66,7 @@ void ModelProcess::begin_process() {
   for (; !sent_.empty(); sent_.pop_back()) {
     ServedRow& row = sent_.back();
     if (row.again || row.answered) continue;
+    row.lost = ever_answered_;
     (ever_answered_ ? lost_ : waiting_).push_front(std::move(row));
   }
 }
@@ -89,6 +92,7 @@ void ModelProcess::tend(double now) {
     return;
   }
   if (link_.starts != seen_starts_) begin_process();
+  if (!announced_ && now - link_.begun_at > longest_start_s) ::kill(link_.process, SIGKILL);
   feed(now);
 }
 
@@ -103,8 +107,8 @@ std::optional<ModelProcess::Answer> ModelProcess::answer(double now) {
       part_.append(bytes.data(), count);
       end = part_.find('\n', before);
     }
-    nlohmann::json json = nlohmann::json::parse(part_.begin(), part_.begin() + static_cast<std::ptrdiff_t>(end),
-                                                nullptr, false);
+    nlohmann::json json =
+        nlohmann::json::parse(part_.begin(), part_.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
     part_.erase(0, end + 1);
     if (json.is_object() && json.contains("refused")) {
       refusal_ = Refusal{json.value("refused", ""), json.value("what", ""), announced_, header_answered_};
@@ -127,9 +131,7 @@ std::optional<ModelProcess::Answer> ModelProcess::answer(double now) {
 
 std::optional<ModelProcess::Refusal> ModelProcess::take_refusal() { return std::exchange(refusal_, std::nullopt); }
 
-std::optional<nlohmann::json> ModelProcess::take_announcement() {
-  return std::exchange(announcement_, std::nullopt);
-}
+std::optional<nlohmann::json> ModelProcess::take_announcement() { return std::exchange(announcement_, std::nullopt); }
 
 ServedRow* ModelProcess::oldest() {
   while (!lost_.empty() && lost_.front().answered) lost_.pop_front();

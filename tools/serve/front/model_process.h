@@ -16,13 +16,14 @@
 namespace thermotwin::tools {
 
 struct ServedRow {
-  double time = 0;      ///< s, on the scale of RowClock; NaN: none
-  double stated_s = 0;  ///< as its client states it
-  std::string text;     ///< with its end
-  std::string notes;    ///< for its status, "clock=back"
-  double since = 0;     ///< boot_s() at which it came
+  double time = 0;        ///< s, on the scale of RowClock; NaN: none
+  double stated_s = 0;    ///< as its client states it
+  std::string text;       ///< with its end
+  std::string notes;      ///< for its status, "clock=back"
+  double since = 0;       ///< boot_s() at which it came
   bool answered = false;  ///< by the guard alone: the model's answer comes too late
   bool again = false;     ///< of the last day, for a model that has not seen it
+  bool lost = false;      ///< the process that had it has ended without an answer
 };
 
 class ModelProcess {
@@ -32,8 +33,8 @@ public:
     nlohmann::json json;
   };
   struct Refusal {
-    std::string fault, what;   ///< as model_line.h
-    bool of_rows = false;      ///< of a header or row, after the process had announced itself
+    std::string fault, what;    ///< as model_line.h
+    bool of_rows = false;       ///< of a header or row, after the process had announced itself
     bool after_answer = false;  ///< and rows of this header had been answered before, by this or another process
   };
 
@@ -84,9 +85,9 @@ private:
   std::optional<Refusal> refusal_;
   std::optional<nlohmann::json> announcement_;
   unsigned seen_starts_ = 0;
-  bool announced_ = false;         ///< since the last start
-  bool fed_header_ = false;        ///< since the last start
-  bool header_answered_ = false;   ///< a row of this header was, ever
+  bool announced_ = false;        ///< since the last start
+  bool fed_header_ = false;       ///< since the last start
+  bool header_answered_ = false;  ///< a row of this header was, ever
   bool ever_answered_ = false;
 };
 

@@ -17,23 +17,27 @@ namespace {
 constexpr double longest_step_s = 30 * 86400.0;  ///< the model takes no longer one
 constexpr double least_step_s = 1e-3;
 /// Rows that kept pace with the computer over so long come from a running machine ...
-constexpr double pace_s = 2.0, pace_within = 0.1;
+constexpr double pace_s = 1.0, pace_within = 0.2, recorded_pace = 2.0;
 /// ... and a leap of more than this beside the computer's clock is their clock's.
 constexpr double leap_s = 60.0;
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 }  // namespace
 
 bool RowClock::take_header(const std::string& line) {
   if (complete_) return false;
   header_ += line;
-  if (line.starts_with('#')) return true;
-  std::string_view rest = core::trimmed(line);
+  std::string_view rest = line;
+  if (header_.size() == line.size() && rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+  if (rest.starts_with('#')) return true;
+  complete_ = true;
   for (time_at_ = 0;; ++time_at_) {
     const std::size_t comma = rest.find(',');
-    if (core::trimmed(rest.substr(0, comma)) == "time_s" || comma == std::string_view::npos) break;
+    if (core::trimmed(rest.substr(0, comma)) == "time_s") return true;
+    if (comma == std::string_view::npos) break;
     rest.remove_prefix(comma + 1);
   }
-  complete_ = true;
+  time_at_ = std::string::npos;  // the model refuses the header
   return true;
 }
 
@@ -56,6 +60,7 @@ double RowClock::allowed_step(double step, double passed) {
 
 RowClock::Reading RowClock::read(std::string& line, double now) {
   Reading reading{core::missing, Jump::none, core::missing};
+  if (time_at_ == std::string::npos) return reading;
   std::size_t begin = 0;
   for (std::size_t c = 0; c < time_at_ && begin != std::string::npos; ++c) {
     begin = line.find(',', begin);
@@ -72,10 +77,13 @@ RowClock::Reading RowClock::read(std::string& line, double now) {
   double taken = time;
   if (std::isfinite(last_)) {
     const double step = time - last_;
-    taken = last_ + allowed_step(step, now - last_now_);
-    if (taken != last_ + step) reading.jump = step > 0.0 ? Jump::ahead : Jump::back;
-    else taken = time;
-    if (reading.jump == Jump::none) last_step_ = step;
+    const double allowed = allowed_step(step, now - last_now_);
+    if (allowed == step) {
+      last_step_ = step;
+    } else {
+      taken = last_ + allowed;
+      reading.jump = step > 0.0 ? Jump::ahead : Jump::back;
+    }
   } else if (time <= state_s_) {
     // Nobody knows how long the machine was off but for the age of the file.
     taken = state_s_ + std::max(state_age_s_, least_step_s);
@@ -86,7 +94,8 @@ RowClock::Reading RowClock::read(std::string& line, double now) {
     anchor_time_ = taken;
     anchor_now_ = now;
   } else if (now - anchor_now_ >= pace_s) {
-    in_real_time_ = std::abs((taken - anchor_time_) / (now - anchor_now_) - 1.0) < pace_within;
+    const double pace = (taken - anchor_time_) / (now - anchor_now_);
+    in_real_time_ = std::abs(pace - 1.0) < pace_within || (in_real_time_ && pace < recorded_pace);
     anchor_time_ = taken;
     anchor_now_ = now;
   }

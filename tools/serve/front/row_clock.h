@@ -30,7 +30,8 @@ public:
 
   /// Writes the rising time into the row where it differs. @param now  boot_s()
   Reading read(std::string& line, double now);
-  double last() const { return last_; }
+  /// The rows keep pace with the computer: a machine waits for their answers. Recorded rows come faster.
+  bool is_in_real_time() const { return in_real_time_; }
 
 private:
   double allowed_step(double step, double passed);
@@ -41,7 +42,7 @@ private:
   double state_s_ = -std::numeric_limits<double>::infinity(), state_age_s_ = 0;
   double last_ = -std::numeric_limits<double>::infinity(), shift_ = 0;
   double last_now_ = 0, last_step_ = 1.0;
-  double anchor_time_ = 0, anchor_now_ = 0;  ///< of two seconds or more before
+  double anchor_time_ = 0, anchor_now_ = 0;  ///< of a second or more before
   bool in_real_time_ = false;
 };
 

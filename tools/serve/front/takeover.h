@@ -64,7 +64,7 @@ private:
   std::string hash_;
   double looked_at_ = 0;
   std::unique_ptr<ModelProcess> next_;
-  nlohmann::json said_;  ///< null: nothing yet
+  nlohmann::json said_;   ///< null: nothing yet
   double fed_until_ = 0;  ///< time of the last row of day_ that it got
 };
 
