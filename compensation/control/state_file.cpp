@@ -3,6 +3,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -73,10 +74,20 @@ void StateFile::take_in(const std::string& error) {
   warned_ = !error.empty();
 }
 
+bool StateFile::is_recorded(double time) const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - written_then_;
+  return std::isfinite(written_at_) && time - written_at_ > 2.0 * passed.count();
+}
+
 void StateFile::after_row(double time, const std::function<std::string()>& saved) {
-  if (!is_idle() || time - written_at_ < state_every_s) return;
+  const bool idle = is_idle();
+  if (time - written_at_ < state_every_s) return;
+  const bool waits = writes_ == Writes::at_once || is_recorded(time);
+  if (!idle && !waits) return;
+  if (writing_.valid()) take_in(writing_.get());
   written_at_ = time;
-  if (writes_ == Writes::at_once)
+  written_then_ = std::chrono::steady_clock::now();
+  if (waits)
     take_in(written(path_, saved()));
   else
     writing_ = std::async(std::launch::async, written, path_, saved());

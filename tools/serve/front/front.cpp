@@ -37,6 +37,7 @@ namespace fs = std::filesystem;
 constexpr double patience_s = 0.5;       ///< a row without an answer for so long gets the held offsets ...
 constexpr double patience_gone_s = 0.1;  ///< ... or for so long while the model is being started ...
 constexpr double recorded_s = 10.0;      ///< ... or for so long where no machine waits for it
+constexpr double hang_s = 2.0;           ///< a model process that takes longer is ended
 constexpr double in_use_s = 5.0;         ///< a process of the front before may still save its state
 constexpr double same_warning_s = 60.0;
 
@@ -95,6 +96,7 @@ public:
       accept();
       take_rows();
       if (is_other_state_) takeover_.move_state();
+      model_->set_longest_answer(clock_.is_in_real_time() ? hang_s : recorded_s);
       model_->tend(now_);
       if (model_->restarts() > 0) is_other_state_ = false;
       give_answers();

@@ -64,6 +64,8 @@ public:
   bool has_room() const;  ///< for another row
   /// Drops rows that have been answered without the model, the oldest ones, down to what it takes at a time.
   void drop_answered();
+  /// Time without an answer after which the process is ended, s.
+  void set_longest_answer(double seconds) { link_.hang_s = seconds; }
   void wait_before_start(double until) { link_.next_start_at = until; }
   /// Ends the process, which saves its state.
   void end();
