@@ -50,7 +50,7 @@ private:
   Writes writes_;
   int lock_ = -1;
   double written_at_ = -std::numeric_limits<double>::infinity();  ///< machine time
-  std::chrono::steady_clock::time_point written_then_;              ///< the computer's
+  std::chrono::steady_clock::time_point written_then_;            ///< the computer's
   bool warned_ = false;
   std::future<std::string> writing_;  ///< what went wrong; empty: nothing
 };

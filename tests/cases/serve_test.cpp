@@ -32,8 +32,7 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
 TEST_F(Serve, GivesTheOffsetsOfCompensate) {
-  std::string rows = header;
-  for (int minute = 0; minute <= 120; ++minute) rows += row(60.0 * minute);
+  const std::string rows = rows_to(7200);
   const Result served = thermotwin(arguments(), rows), alone = thermotwin({"compensate", model()}, rows);
   ASSERT_EQ(served.status, 0) << served.err;
   std::istringstream one(served.out), other(alone.out);
@@ -50,7 +49,7 @@ TEST_F(Serve, GivesTheOffsetsOfCompensate) {
     EXPECT_EQ(got.status, wanted.status);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(got.offset[k], wanted.offset[k], 0.0011) << a;
   }
-  EXPECT_EQ(count, 122);
+  EXPECT_EQ(count, 32);
   EXPECT_TRUE(std::filesystem::exists(state()));
 }
 
@@ -92,7 +91,7 @@ TEST_F(Serve, OffsetsGoOnWhileTheModelIsKilled) {
   program.write(row(time));
   EXPECT_TRUE(program.read_line().starts_with("time_s,offset_x_um"));
   program.read_line();
-  while (time < 7140) step_to(time + 60);
+  while (time < 7200 - warm_step_s) step_to(time + warm_step_s);
   // Recorded rows are faster than the disk; the state of a machine in real time is at most a minute old.
   wait_s(0.5 * slowness());
   const auto written = std::filesystem::last_write_time(state());
@@ -139,9 +138,8 @@ TEST_F(Serve, GoesOnAfterAPowerCutFromAnyPrefixOfItsState) {
   std::string last_line;
   {
     Program program(arguments());
-    program.write(header);
-    for (int minute = 0; minute <= 120; ++minute) program.write(row(60.0 * minute));
-    for (int minute = -1; minute <= 120; ++minute) last_line = program.read_line();
+    program.write(rows_to(7200));
+    for (int line = 0; line < 32; ++line) last_line = program.read_line();
     program.send(SIGKILL);
     kill_models();
     program.wait();
@@ -175,9 +173,7 @@ TEST_F(Serve, GoesOnAfterAPowerCutFromAnyPrefixOfItsState) {
 }
 
 TEST_F(Serve, AControlWhoseClockBeganAnewGoesOnFromTheState) {
-  std::string rows = header;
-  for (int minute = 0; minute <= 120; ++minute) rows += row(60.0 * minute);
-  const Result first = thermotwin(arguments(), rows);
+  const Result first = thermotwin(arguments(), rows_to(7200));
   const Served before = all_served(first.out).back();
   const Result again = thermotwin(arguments(), header + row(5) + row(6));
   EXPECT_EQ(again.status, 0) << again.err;
@@ -217,22 +213,20 @@ TEST_F(Serve, ASecondInstanceIsRefusedAndTheFirstGoesOn) {
 TEST_F(Serve, AClockThatLeapsEndsNothing) {
   std::string rows = header;
   const double day = 86400.0;
-  const auto clock = [&](int minute) {
-    return 60.0 * minute + (minute > 100 ? 40 * day : minute > 80 ? -3600.0 : 0.0);
-  };
-  for (int minute = 0; minute <= 120; ++minute) rows += row(clock(minute));
+  const auto clock = [&](int i) { return warm_step_s * i + (i > 25 ? 40 * day : i > 20 ? -3600.0 : 0.0); };
+  for (int i = 0; i <= 30; ++i) rows += row(clock(i));
   const Result result = thermotwin(arguments(), rows);
   EXPECT_EQ(result.status, 0) << result.err;
-  EXPECT_SAYS(result.err, "the clock of the rows has gone back to 1260 s; time goes on at 4860 s");
-  EXPECT_SAYS(result.err, "the clock of the rows has gone ahead to 3462060 s; time goes on at 6060 s");
+  EXPECT_SAYS(result.err, "the clock of the rows has gone back to 1440 s; time goes on at 5040 s");
+  EXPECT_SAYS(result.err, "the clock of the rows has gone ahead to 3462240 s; time goes on at 6240 s");
   const std::vector<Served> answers = all_served(result.out);
-  ASSERT_EQ(answers.size(), 121U);
-  for (int minute = 0; minute <= 120; ++minute) {
-    const Served& answer = answers[static_cast<std::size_t>(minute)];
-    EXPECT_EQ(answer.time, clock(minute)) << "as the row states it";
-    const std::string leap = minute == 81 ? "clock=back" : minute == 101 ? "clock=ahead" : "";
-    EXPECT_EQ(answer.status.find("clock="), leap.empty() ? std::string::npos : answer.status.find(leap)) << minute;
-    if (minute > 30) EXPECT_NEAR(answer.offset[2], answers[static_cast<std::size_t>(minute) - 1].offset[2], 3.0);
+  ASSERT_EQ(answers.size(), 31U);
+  for (int i = 0; i <= 30; ++i) {
+    const Served& answer = answers[static_cast<std::size_t>(i)];
+    EXPECT_EQ(answer.time, clock(i)) << "as the row states it";
+    const std::string leap = i == 21 ? "clock=back" : i == 26 ? "clock=ahead" : "";
+    EXPECT_EQ(answer.status.find("clock="), leap.empty() ? std::string::npos : answer.status.find(leap)) << i;
+    if (i > 10) EXPECT_NEAR(answer.offset[2], answers[static_cast<std::size_t>(i) - 1].offset[2], 3.0);
   }
   EXPECT_EQ(result.err.find("started again"), std::string::npos) << "the model sees a time that rises";
 }
@@ -308,7 +302,7 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
       last = now;
     }
   };
-  run(120, 60);
+  run(30, warm_step_s);
   const Served before = last;
   ASSERT_GT(std::abs(before.offset[2]), 5.0);
   const auto replace = [&](const std::filesystem::path& with) {
@@ -329,9 +323,10 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
   replace(toy_run() / "reference.rom.h5");
   EXPECT_NE(statuses.find("model=new"), std::string::npos);
   EXPECT_EQ(statuses.find("model=gone"), std::string::npos) << "the one in use goes on until then";
-  run(30, 60);
+  run(8, warm_step_s);
   // Cold, the new model would begin at 0; it knows the same two hours.
-  const Result alone = thermotwin({"compensate", (toy_run() / "reference.rom.h5").string()}, rows_until(time));
+  const Result alone =
+      thermotwin({"compensate", (toy_run() / "reference.rom.h5").string()}, rows_to(7200 + 8 * warm_step_s));
   const Served wanted = served_of(last_line_of(alone.out));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(last.offset[c], wanted.offset[c], 0.03 * std::abs(wanted.offset[2]) + 0.1);
   // The new one goes on from its own state, too.

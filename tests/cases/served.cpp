@@ -55,9 +55,9 @@ std::string Serve::row(double time, double speed) {
   return fmt::format("{},{},10,20.5,20.5,20.4,20.3,20.6\n", time, speed);
 }
 
-std::string Serve::rows_until(double time) {
+std::string Serve::rows_to(double time) {
   std::string rows = header;
-  for (double at = 0; at < time; at += 60) rows += row(at);
+  for (double at = 0; at <= time; at += warm_step_s) rows += row(at);
   return rows;
 }
 

@@ -14,6 +14,9 @@ namespace thermotwin::cases {
 /// Largest rate of the toy's offsets while the axes stand.
 inline constexpr double toy_rate_um_s = 2.65;
 
+/// Between rows of a warm-up: each writes a state, which takes as long as the disk takes.
+inline constexpr double warm_step_s = 240;
+
 /// A line of answers.
 struct Served {
   double time = 0, offset[3] = {};
@@ -33,8 +36,8 @@ protected:
 
   inline static const std::string header = "time_s,spindle.speed_rpm,axis.X.position_mm,air.T_C,T1_C,T2_C,T3_C,T4_C\n";
   static std::string row(double time, double speed = 6000);
-  /// The header and a row a minute.
-  static std::string rows_until(double time);
+  /// The header and rows from 0 to the time, that included. @param time  s, a multiple of warm_step_s
+  static std::string rows_to(double time);
 
   std::string file(const std::string& name) const { return toy_.file(name); }
   std::string model() const { return file("model.rom.h5"); }
