@@ -15,6 +15,7 @@
 #include "compensation/online/stream.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/process.h"
 #include "core/progress.h"
 #include "core/units.h"
 #include "reduction/model/model_file.h"
@@ -22,6 +23,7 @@
 #include "tools/chain.h"
 #include "tools/descriptor_input.h"
 #include "tools/options.h"
+#include "tools/serve/model_line.h"
 #include "tools/twin_json.h"
 
 namespace thermotwin::tools {
@@ -84,9 +86,11 @@ private:
 };
 
 /// Goes on from the state where there is one.
-void go_on(const std::filesystem::path& path, compensation::OnlineTwin& twin,
+void go_on(const CompensateOptions& options, compensation::OnlineTwin& twin,
            std::optional<compensation::StateFile>& state) {
-  state.emplace(path);
+  using Writes = compensation::StateFile::Writes;
+  const std::filesystem::path& path = options.state;
+  state.emplace(path, options.announce ? Writes::in_background : Writes::at_once);
   if (const std::optional<std::string> saved = state->read()) {
     twin.load(*saved, path.string());
     core::log_line(fmt::format("goes on from {}: state at {} s", path.string(), twin.time()));
@@ -126,7 +130,7 @@ public:
         machine_(model.machine),
         twin_(twin),
         in_(in) {
-    if (!options.state.empty()) go_on(options.state, twin, state_);
+    if (!options.state.empty()) go_on(options, twin, state_);
     if (!options.lines.empty()) lines_.emplace(options, twin, model);
     stream_.strict = options.strict;
     stream_.probe_std_um = options.probe_std_um;
@@ -134,7 +138,7 @@ public:
     if (!options.json_lines) return;
     json_.emplace(model, twin, options.model);
     stream_.line = [this](const compensation::Offsets& offsets, std::string_view status) {
-      return json_->line(offsets, status);
+      return json_->line(offsets, status, state_ && state_->is_failing());
     };
   }
   Run(const Run&) = delete;
@@ -166,7 +170,7 @@ private:
   }
 
   /// An interrupt costs nothing of what the rows have said. Those of a file start again from the state before it.
-  void save_after_error() const {
+  void save_after_error() {
     if (!state_ || !any_row_ || can_be_read_again(options_)) return;
     try {
       state_->write(twin_.saved());
@@ -256,9 +260,7 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
-}  // namespace
-
-void compensate(const CompensateOptions& options) {
+void run_rows(const CompensateOptions& options) {
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
@@ -275,6 +277,7 @@ void compensate(const CompensateOptions& options) {
   }
   std::istream piped(&standard_input);
   Run run(options, model, twin, from_stdin ? piped : file);
+  if (options.announce) std::cout << announcement(twin) << std::endl;
   const compensation::OffsetLimits& limits = twin.limits();
   core::log_line(
       fmt::format("offset limits: {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all axes at rapid",
@@ -298,6 +301,18 @@ void compensate(const CompensateOptions& options) {
   run.finish();
   const double seconds = time.seconds();
   summarise(options, done, seconds, model.system.order(), twin.probed(), probed_of(options, model, done));
+}
+
+}  // namespace
+
+void compensate(const CompensateOptions& options) {
+  try {
+    run_rows(options);
+  } catch (const core::InputError& error) {
+    if (!options.announce) throw;
+    std::cout << refusal(error) << std::endl;  // the front says it
+    core::leave(error.exit_status());
+  }
 }
 
 }  // namespace thermotwin::tools

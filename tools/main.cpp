@@ -33,7 +33,7 @@ std::vector<VerbGroup> verb_groups() {
           {"Compute", {add_simulate, add_campaign, add_reduce, add_run}},
           {"Measure", {add_measure, add_evaluate, add_diagnose, add_validate}},
           {"Studies", {add_study}},
-          {"Control", {add_compensate, add_nc, add_offsets}}};
+          {"Control", {add_compensate, add_serve, add_nc, add_offsets}}};
 }
 
 /// The verb that was given, inside of its group: "measure uncertainty"; empty: none.

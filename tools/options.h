@@ -96,6 +96,7 @@ struct CompensateOptions : CommonOptions {
   std::filesystem::path state;        ///< read at the start, written each minute and at the end; empty: not
   int order = 0;                      ///< of the model; 0: its own
   bool json_lines = false;            ///< a line of JSON a row instead of CSV
+  bool announce = false;              ///< with json_lines: a first line for `serve` (tools/serve/model_line.h)
 };
 struct OffsetsOptions : CommonOptions {
   OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout

@@ -41,8 +41,9 @@ TwinJson::TwinJson(const reduction::ReducedModel& model, const compensation::Onl
   if (scene && scene->turn.rows() == model.system.order()) turn_ = scene->turn;
 }
 
-std::string TwinJson::line(const compensation::Offsets& offsets, std::string_view status) {
+std::string TwinJson::line(const compensation::Offsets& offsets, std::string_view status, bool state_unwritten) {
   nlohmann::json json = {{"time_s", offsets.time}, {"status", status}, {"guard", text_of(twin_.guard())}};
+  if (state_unwritten) json["state"] = "unwritten";
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     json["offset_um"][axes_[i]] = rounded(offsets.offset_um[k], 1e4);

@@ -21,8 +21,8 @@ public:
   TwinJson(const reduction::ReducedModel& model, const compensation::OnlineTwin& twin,
            const std::filesystem::path& model_file);
 
-  /// @param status  with the names of what failed
-  std::string line(const compensation::Offsets& offsets, std::string_view status);
+  /// @param status  with the names of what failed  @param state_unwritten  the state could not be saved
+  std::string line(const compensation::Offsets& offsets, std::string_view status, bool state_unwritten = false);
 
 private:
   const reduction::ReducedModel& model_;

@@ -2,6 +2,8 @@
 #include "compensation/control/state_file.h"
 
 #include <cerrno>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -9,13 +11,28 @@
 #include <unistd.h>
 #include <utility>
 
+#include "compensation/control/state_error.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
 
 namespace thermotwin::compensation {
 
-StateFile::StateFile(std::filesystem::path path) : path_(std::move(path)) {
+namespace {
+
+/// @return what went wrong; empty: nothing
+std::string written(const std::filesystem::path& path, const std::string& saved) {
+  try {
+    core::write_file(path, saved);
+    return "";
+  } catch (const core::InputError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+StateFile::StateFile(std::filesystem::path path, Writes writes) : path_(std::move(path)), writes_(writes) {
   if (const auto folder = path_.parent_path(); !folder.empty()) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -30,30 +47,55 @@ StateFile::StateFile(std::filesystem::path path) : path_(std::move(path)) {
     return;
   }
   ::close(lock_);
-  throw core::InputError(path_.string(), "another process goes on from this state",
-                         "one process per state; wait until it has ended, or name another file");
+  throw StateError(StateFault::in_use, path_.string(), "another process goes on from this state",
+                   "one process per state; wait until it has ended, or name another file");
 }
 
-StateFile::~StateFile() { ::close(lock_); }
+StateFile::~StateFile() {
+  if (writing_.valid()) writing_.wait();  // before another process has the lock
+  ::close(lock_);
+}
 
 std::optional<std::string> StateFile::read() const {
   if (!std::filesystem::exists(path_)) return std::nullopt;
   return core::read_file(path_);
 }
 
-void StateFile::after_row(double time, const std::function<std::string()>& saved) {
-  if (time - written_at_ < state_every_s) return;
-  written_at_ = time;
-  // The offsets go on where the state cannot be written.
-  try {
-    write(saved());
-    warned_ = false;
-  } catch (const core::InputError& error) {
-    if (!warned_) core::warn(error.what());
-    warned_ = true;
-  }
+bool StateFile::is_idle() {
+  if (!writing_.valid()) return true;
+  if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+  take_in(writing_.get());
+  return true;
 }
 
-void StateFile::write(const std::string& saved) const { core::write_file(path_, saved); }
+/// The offsets go on where the state cannot be written.
+void StateFile::take_in(const std::string& error) {
+  if (!error.empty() && !warned_) core::warn(error);
+  warned_ = !error.empty();
+}
+
+bool StateFile::is_recorded(double time) const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - written_then_;
+  return std::isfinite(written_at_) && time - written_at_ > 2.0 * passed.count();
+}
+
+void StateFile::after_row(double time, const std::function<std::string()>& saved) {
+  const bool idle = is_idle();
+  if (time - written_at_ < state_every_s) return;
+  const bool waits = writes_ == Writes::at_once || is_recorded(time);
+  if (!idle && !waits) return;
+  if (writing_.valid()) take_in(writing_.get());
+  written_at_ = time;
+  written_then_ = std::chrono::steady_clock::now();
+  if (waits)
+    take_in(written(path_, saved()));
+  else
+    writing_ = std::async(std::launch::async, written, path_, saved());
+}
+
+void StateFile::write(const std::string& saved) {
+  if (writing_.valid()) take_in(writing_.get());
+  core::write_file(path_, saved);
+}
 
 }  // namespace thermotwin::compensation

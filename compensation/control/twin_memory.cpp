@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "compensation/control/state_error.h"
 #include "core/file.h"
 
 namespace thermotwin::compensation {
@@ -30,16 +30,18 @@ std::string TwinMemory::saved() const {
 void TwinMemory::load(std::string_view saved, const std::string& name) {
   switch (tt_twin_load(&twin_, saved.data(), saved.size())) {
     case TT_LOADED: return;
-    case TT_NO_STATE: throw core::InputError(name, "no saved state, or one that is cut off", "a state that was saved");
+    case TT_NO_STATE:
+      throw StateError(StateFault::damaged, name, "no saved state, or one that is cut off", "a state that was saved");
     case TT_OTHER_VERSION:
-      throw core::InputError(name, "a state that another version of thermotwin saved",
-                             "a state of this version; move the file away to start cold");
+      throw StateError(StateFault::other_version, name, "a state that another version of thermotwin saved",
+                       "a state of this version; move the file away to start cold");
     case TT_OTHER_MODEL:
-      throw core::InputError(name, "a state of another model, or of the same model with other options",
-                             "a state of this model with these options; move the file away to start cold");
+      throw StateError(StateFault::other_model, name,
+                       "a state of another model, or of the same model with other options",
+                       "a state of this model with these options; move the file away to start cold");
     default:
-      throw core::InputError(name, "a state that is cut off or damaged",
-                             "a whole state; move the file away to start cold");
+      throw StateError(StateFault::damaged, name, "a state that is cut off or damaged",
+                       "a whole state; move the file away to start cold");
   }
 }
 

@@ -29,7 +29,7 @@ public:
 
   std::string saved() const;
   /// @param name  of the state in messages
-  /// @throws InputError for a state that is cut off or damaged, of another version or another model; nothing changes
+  /// @throws StateError for a state that is cut off or damaged, of another version or another model; nothing changes
   void load(std::string_view saved, const std::string& name);
   /// Writes the state whole or not at all. @throws InputError (disk full, no permission)
   void save_file(const std::filesystem::path& path) const;

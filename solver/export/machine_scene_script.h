@@ -328,6 +328,15 @@ inline const char* const machine_scene_script = R"JS(
     i, all) => v > all[best] ? i : best, 0);
   $("scene-load").value = load; $("scene-pose").value = pose;
   show();
+  // For a page that follows a machine: its fields replace those of the first load; the last time stays the last.
+  window.machineScene = { set(hours, states, errors) {
+    const newest = time >= loads[0].hours.length - 1;
+    Object.assign(loads[0], { hours, errors, states: states.length ? states : null });
+    load = 0;
+    setLoad();
+    if (newest) time = hours.length - 1;
+    show();
+  } };
   if (location.hash) {
     const checksum = (c, of) => of.getImageData(0, 0, c.width, c.height).data.reduce((sum, v) => (31 * sum +
       v) % 2147483647, 7);

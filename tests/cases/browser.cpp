@@ -44,6 +44,21 @@ Page opened(const std::filesystem::path& file, const std::string& hash, const st
   return page;
 }
 
+Page followed(const std::string& address, const std::filesystem::path& folder) {
+  const std::filesystem::path out = folder / "page.html", log = folder / "page.log", home = folder / "browser";
+  std::filesystem::create_directories(folder);
+  const std::string command =
+      "timeout 60 " + browser() +
+      " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+      "--disable-component-update --disable-sync --enable-logging=stderr --user-data-dir='" +
+      home.string() + "' --virtual-time-budget=3000 --dump-dom '" + address + "' >'" + out.string() + "' 2>'" +
+      log.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  Page page{core::read_file(out), core::read_file(log)};
+  std::filesystem::remove_all(home);
+  return page;
+}
+
 void expect_self_contained(const std::filesystem::path& file) {
   ASSERT_TRUE(std::filesystem::exists(file)) << file;
   EXPECT_LT(std::filesystem::file_size(file), 5U * 1024 * 1024) << file;

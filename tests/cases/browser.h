@@ -21,6 +21,10 @@ struct Page {
 /// @param folder  for the browser's own files: other tests copy the run's while it writes
 Page opened(const std::filesystem::path& file, const std::string& hash, const std::filesystem::path& folder);
 
+/// A page of this computer that follows something, some seconds after it was opened.
+/// @param address  http://127.0.0.1:...  @param folder  for the browser's own files, new
+Page followed(const std::string& address, const std::filesystem::path& folder);
+
 /// At most 5 MB, nothing from elsewhere, whole.
 void expect_self_contained(const std::filesystem::path& file);
 /// Opens, and no script complains.

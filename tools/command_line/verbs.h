@@ -12,6 +12,7 @@ void add_simulate(CLI::App& app);
 void add_campaign(CLI::App& app);
 void add_reduce(CLI::App& app);
 void add_compensate(CLI::App& app);
+void add_serve(CLI::App& app);
 void add_offsets(CLI::App& app);
 void add_measure(CLI::App& app);
 void add_evaluate(CLI::App& app);

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 enum { most_unanswered = 16 };
-static const double first_wait_s = 0.02, longest_wait_s = 1.0, start_s = 30.0, hang_s = 2.0;
+static const double first_wait_s = 0.02, longest_wait_s = 1.0, start_s = 30.0, first_hang_s = 2.0;
 
 void process_link_begin(process_link* link, const char* owner, const char* const* arguments) {
   memset(link, 0, sizeof *link);
@@ -21,6 +21,7 @@ void process_link_begin(process_link* link, const char* owner, const char* const
   link->arguments = arguments;
   link->to = link->from = -1;
   link->wait_s = first_wait_s;
+  link->hang_s = first_hang_s;
   link->last_status = -1;
   signal(SIGPIPE, SIG_IGN);
 }
@@ -73,7 +74,7 @@ static void start(process_link* link, double now) {
 void process_link_tend(process_link* link, double now) {
   int how = 0;
   if (link->process > 0) {
-    const double patience = link->answered_at > link->begun_at ? hang_s : start_s;
+    const double patience = link->answered_at > link->begun_at ? link->hang_s : start_s;
     if (link->unanswered > 0 && now - link->waiting_since > patience) {
       fprintf(stderr, "%s: the model no longer answers and is ended\n", link->owner);
       kill(link->process, SIGKILL);

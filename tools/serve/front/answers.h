@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// From the model's line for a row to the answer for its client, within the limits of the guard. The guard outlives the
+// model process: without the model the offsets are held for 60 s and then return to zero.
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compensation/online/offset_guard.h"
+#include "tools/serve/front/model_process.h"
+
+namespace thermotwin::tools {
+
+class Answers {
+public:
+  explicit Answers(bool json_lines) : json_lines_(json_lines) {}
+
+  /// Axes and limits. Another model's limits replace them at the next row; the offsets go on from those in effect.
+  /// @return false: the axes are others than before
+  bool begin(const nlohmann::json& announcement);
+  /// Whether a row can be answered without the model: offsets in effect are known.
+  bool has_any() const { return guard_.has_value(); }
+  std::string header() const;
+
+  /// The model's answer. @param line  an object of `compensate --json-lines`
+  const nlohmann::json& of_model(const ServedRow& row, nlohmann::json line);
+  /// The guard alone. @param why  for the status
+  const nlohmann::json& without_model(const ServedRow& row, const std::string& why);
+  /// The last one as its client gets it.
+  std::string text() const;
+
+private:
+  const nlohmann::json& give(const ServedRow& row, nlohmann::json answer, const Eigen::VectorXd& wanted_um,
+                             double motion_um);
+  void start_guard(double time, const Eigen::VectorXd& applied_um);
+
+  bool json_lines_;
+  std::vector<std::string> axes_;
+  compensation::GuardOptions limits_;
+  std::optional<compensation::OffsetGuard> guard_;
+  bool has_new_limits_ = false;
+  double time_ = -std::numeric_limits<double>::infinity();
+  Eigen::VectorXd applied_um_;
+  nlohmann::json last_;
+};
+
+}  // namespace thermotwin::tools
