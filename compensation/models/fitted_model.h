@@ -2,8 +2,8 @@
 #pragma once
 // Every model that is fitted to a measurement, behind one interface: fit on some rows of a
 // measurement, predict all its displacement channels row by row, explain, save and load.
-// Most models have a separate fit for each channel. Some interpolate over the workspace: `one_point` (Okenka et al.) has
-// one transfer function a quantity and a factor b_j for each pose, one for each load level; `transfer_grid`,
+// Most models have a separate fit for each channel. Some interpolate over the workspace: `one_point` (Okenka et al.)
+// has one transfer function a quantity and a factor b_j for each pose, one for each load level; `transfer_grid`,
 // `static_grid` and `composite_grid` have a model at each pose. They predict poses without a fit
 // (EvaluateOptions::check) by interpolation between those that have one.
 // `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The motion of a machine in a test, block by block: rapids, feeds, arcs, turns, dwells, the spindle. A block becomes a
+// The motion of a machine in a test, block by block: rapids, feeds, arcs, turns, dwells, spindle. A block becomes a
 // line of the NC program. A stage is a run of blocks and becomes one phase of the load program. The phase has for each
-// axis the range of its positions, its mean feed and the share of time in which it moves, so that feed times time is the
+// axis the range of its positions, its mean feed and the share of time in which it moves. Feed times time is then the
 // path of the blocks.
 // Every position is checked against the travel and every speed against the rapid of its axis.
 

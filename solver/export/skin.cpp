@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
 
 namespace thermotwin::solver {
@@ -18,7 +17,8 @@ using Eigen::Vector3d;
 struct Boundary {
   std::vector<int> nodes;
   std::vector<long> sides;
-  double extent = 0;  ///< m, longest side of the body's box
+  std::vector<std::array<Index, 2>> edges;  ///< between nodes with the same sides, as indices into nodes
+  double extent = 0;                        ///< m, longest side of the body's box
 };
 
 long side_of(const Vector3d& normal) {
@@ -43,6 +43,14 @@ Boundary boundary_of(const mesh::TetMesh& body) {
     high = high.cwiseMax(body.points.col(n));
   }
   if (!boundary.nodes.empty()) boundary.extent = (high - low).maxCoeff();
+  std::vector<Index> place(body.nodes(), -1);
+  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) place[boundary.nodes[i]] = static_cast<Index>(i);
+  for (Index f = 0; f < body.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const int a = body.faces(c, f), b = body.faces((c + 1) % 3, f);
+      if (a < b && sides[a] == sides[b]) boundary.edges.push_back({place[a], place[b]});
+    }
+  }
   return boundary;
 }
 
@@ -52,18 +60,34 @@ struct Cells {
   double size, least;
 };
 
-/// Cluster of each boundary node, counted from 0; their number.
+/// Cluster of each boundary node, counted from 0; their number. Nodes of one cluster have the same sides, lie in one
+/// cell and are connected there: two parallel edges or walls in a cell do not become one.
 Index cluster(const mesh::TetMesh& body, const Boundary& boundary, const Cells& cells, std::vector<Index>* clusters) {
   const double size = std::max(std::min(cells.size, boundary.extent / cells.least), 1e-9);
-  std::map<std::array<long, 4>, Index> numbers;
-  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) {
-    const Vector3d point = body.points.col(boundary.nodes[i]) / size;
-    const std::array<long, 4> key{std::lround(point.x()), std::lround(point.y()), std::lround(point.z()),
-                                  boundary.sides[i]};
-    const Index number = numbers.try_emplace(key, std::ssize(numbers)).first->second;
-    if (clusters != nullptr) clusters->push_back(number);
+  std::vector<std::array<long, 3>> cell;
+  std::vector<Index> parent;  // of trees that are the clusters
+  for (const int node : boundary.nodes) {
+    const Vector3d point = body.points.col(node) / size;
+    cell.push_back({std::lround(point.x()), std::lround(point.y()), std::lround(point.z())});
+    parent.push_back(std::ssize(parent));
   }
-  return std::ssize(numbers);
+  const auto root = [&](Index i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const auto& [a, b] : boundary.edges) {
+    if (cell[a] != cell[b]) continue;
+    const Index first = root(a), second = root(b);
+    parent[std::max(first, second)] = std::min(first, second);
+  }
+  Index count = 0;
+  std::vector<Index> number(parent.size(), -1);  // of a root, which comes before the others of its cluster
+  for (Index i = 0; i < std::ssize(parent); ++i) {
+    const Index of = root(i);
+    if (of == i) number[i] = count++;
+    if (clusters != nullptr) clusters->push_back(number[of]);
+  }
+  return count;
 }
 
 /// The node of each cluster that is next to its mean.

@@ -2,8 +2,8 @@
 #pragma once
 // A coarse picture of the machine's skin: boundary nodes that fall into one cell of a grid become one vertex, the node
 // next to their mean (vertex clustering: Rossignac, Borrel 1993). Each vertex is a node of the mesh, so fields are
-// taken there as they are. Nodes of faces, edges and corners, told by the normals around them, stay apart: thin walls
-// do not close and edges stay straight.
+// taken there as they are. Nodes of faces, edges and corners, told by the normals around them, stay apart, and so do
+// nodes without a connection within the cell: thin walls do not close, and edges stay straight and apart.
 
 #include <Eigen/Core>
 

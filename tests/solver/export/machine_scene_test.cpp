@@ -7,6 +7,7 @@
 #include "solver/export/scene_file.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/machines/box_machine.h"
+#include "tests/mesh/samples.h"
 
 namespace thermotwin::solver {
 namespace {
@@ -33,6 +34,36 @@ TEST(Skin, KeepsNodesOfTheBoundaryAndTheShapeOfBodies) {
         EXPECT_EQ(skin.points.col(v), all.col(skin.nodes[v] - mesh.first_node[b]));
     }
   }
+}
+
+/// Volume that the skin of the only body encloses, m^3.
+double volume_in(const Skin& skin) {
+  double six = 0.0;
+  for (Index t = 0; t < skin.triangles.cols(); ++t) {
+    const auto corner = [&](int c) -> Eigen::Vector3d { return skin.points.col(skin.triangles(c, t)); };
+    six += corner(0).cross(corner(1)).dot(corner(2));
+  }
+  return six / 6.0;
+}
+
+// Teeth whose edges lie several to a cell, side by side.
+TEST(Skin, ParallelEdgesInOneCellStayApart) {
+  mesh::MachineMesh mesh;
+  mesh.bodies.push_back(samples::box_mesh({1.0, 1.0, 1.0}, 15));
+  mesh::TetMesh& comb = mesh.bodies.front();
+  Index kept = 0;
+  for (Index e = 0; e < comb.tets.cols(); ++e) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const int node : comb.tets.col(e)) centre += 0.25 * comb.points.col(node);
+    const bool slot = centre.z() > 0.2 && static_cast<int>(15.0 * centre.x()) % 2 == 1;
+    if (!slot) comb.tets.col(kept++) = comb.tets.col(e);
+  }
+  comb.tets.conservativeResize(4, kept);
+  mesh::build_boundary(comb, "comb");
+  mesh.first_node = {0, comb.nodes()};
+  const Skin skin = make_skin(mesh, 400);
+  EXPECT_LE(skin.vertices(), 400);
+  EXPECT_NEAR(volume_in(skin), comb.total_volume(), 0.02 * comb.total_volume());
 }
 
 TEST(KeyPoses, AreCornersWhoseWeightsAreLinearInEachAxis) {
