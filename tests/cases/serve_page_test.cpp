@@ -179,6 +179,23 @@ TEST_F(ServedPage, ASlowReaderHoldsUpNobody) {
   EXPECT_EQ(program_.wait().status, 0);
 }
 
+TEST_F(ServedPage, AKilledPageComesBackWithTheLastDay) {
+  moment_at(port_, 0);
+  EXPECT_EQ(kill_all("page"), 1);
+  nlohmann::json day;
+  for (int i = 0; i < 400 && (!day.is_object() || day["points"].size() < 61); ++i) {
+    program_.write(warm_row(18001 + 0.1 * i));
+    program_.read_line();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    day = json_of(fetched(port_, "/history"));
+  }
+  EXPECT_GE(day["points"].size(), 61U);
+  EXPECT_GE(day["fields"].size(), 60U);
+  const Result result = program_.wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_SAYS(result.err, "serve: the page has ended (signal 9)");
+}
+
 TEST_F(ServedPage, ShowsTheMachineInABrowser) {
   go_on_to(18060);
   moment_at(port_, 18061);

@@ -54,8 +54,8 @@ TEST_F(Serve, GivesTheOffsetsOfCompensate) {
 }
 
 TEST_F(Serve, JsonLinesHaveTheSameNumbers) {
-  std::string rows = header;
-  for (int i = 0; i <= 20; ++i) rows += row(0.5 * i);
+  std::string rows = rows_to(7200);
+  for (int i = 1; i <= 20; ++i) rows += row(7200 + 0.5 * i);
   const Result csv = thermotwin(arguments(), rows);
   std::filesystem::remove(state());
   const Result lines = thermotwin(arguments({"--json-lines"}), rows);
@@ -75,7 +75,7 @@ TEST_F(Serve, JsonLinesHaveTheSameNumbers) {
     whole += json.contains("sensors");
   }
   EXPECT_FALSE(std::getline(other, b));
-  EXPECT_EQ(whole, 11) << "once a second of the rows' time";
+  EXPECT_EQ(whole, 31 + 10) << "once a second of the rows' time";
 }
 
 /// A warm machine, then rows at 20 Hz of real time; kills at random moments.
@@ -117,7 +117,7 @@ TEST_F(Serve, OffsetsGoOnWhileTheModelIsKilled) {
   while (seconds_since(begin) < 1.5) live_step();
   for (int kill = 0; kill < 6; ++kill) {
     for (int i = std::uniform_int_distribution(1, 12)(random); i > 0; --i) live_step();
-    EXPECT_EQ(kill_models(), 1);
+    EXPECT_EQ(kill_all("model"), 1);
     const auto killed = Clock::now();
     const int gone_before = gone;
     // A row that was taken before the kill may still be answered.
@@ -134,6 +134,35 @@ TEST_F(Serve, OffsetsGoOnWhileTheModelIsKilled) {
   EXPECT_SAYS(result.err, "the model has ended (signal 9) and is started again");
 }
 
+// The model begins cold and wants offsets near 0; the machine gets there at the rate of the guard.
+TEST_F(Serve, AStateThatIsLostMovesNoAxisByALeap) {
+  Program program(arguments());
+  program.write(rows_to(7200));
+  Served last;
+  program.read_line();
+  for (int i = 0; i <= 30; ++i) last = served_of(program.read_line());
+  const double warm = last.offset[2];
+  ASSERT_GT(std::abs(warm), 5.0);
+  toy_.write("serve.state", "of nobody");
+  EXPECT_EQ(kill_all("model"), 1);
+  std::string statuses;
+  for (int i = 1; i <= 300; ++i) {
+    const double time = 7200 + 0.1 * i;
+    program.write(row(time));
+    const Served now = served_of(program.read_line());
+    for (int c = 0; c < 3; ++c)
+      ASSERT_LE(std::abs(now.offset[c] - last.offset[c]), toy_rate_um_s * 0.1 + 0.0011) << time;
+    statuses += now.status + "\n";
+    last = now;
+  }
+  EXPECT_LT(std::abs(last.offset[2]), std::abs(warm) - 5.0) << "it moves";
+  EXPECT_SAYS(statuses, "state=refused");
+  EXPECT_EQ(read(state() + ".refused"), "of nobody");
+  const Result result = program.wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_SAYS(result.err, "cold start");
+}
+
 TEST_F(Serve, GoesOnAfterAPowerCutFromAnyPrefixOfItsState) {
   std::string last_line;
   {
@@ -141,7 +170,7 @@ TEST_F(Serve, GoesOnAfterAPowerCutFromAnyPrefixOfItsState) {
     program.write(rows_to(7200));
     for (int line = 0; line < 32; ++line) last_line = program.read_line();
     program.send(SIGKILL);
-    kill_models();
+    kill_all("model");
     program.wait();
   }
   const Served before = served_of(last_line);
@@ -256,7 +285,7 @@ TEST_F(Serve, AnHourThatTheComputerDoesNotKnowIsTheClocks) {
 }
 
 TEST_F(Serve, AnUnreadableCellIsNamed) {
-  const Result result = thermotwin(arguments(), header + row(0) + "60,fast,10,20.5,20.5,20.4,20.3,20.6\nnonsense\n" +
+  const Result result = thermotwin(arguments(), header + row(0) + "60,fast,10,20.5,20.5,20.4,20.3,20.6\n\nnonsense\n" +
                                                     row(120) + "nan,6000,10,20.5,20.5,20.4,20.3,20.6\n" + row(180));
   EXPECT_EQ(result.status, 0) << result.err;
   const std::vector<Served> answers = all_served(result.out);
@@ -330,7 +359,7 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
   const Served wanted = served_of(last_line_of(alone.out));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(last.offset[c], wanted.offset[c], 0.03 * std::abs(wanted.offset[2]) + 0.1);
   // The new one goes on from its own state, too.
-  EXPECT_EQ(kill_models(), 1);
+  EXPECT_EQ(kill_all("model"), 1);
   const auto killed = Clock::now();
   do {
     run(1, 0.1);

@@ -67,7 +67,7 @@ std::vector<std::string> Serve::arguments(const std::vector<std::string>& more) 
   return all;
 }
 
-int Serve::kill_models() const {
+int Serve::kill_all(const std::string& part) const {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     const std::string name = entry.path().filename();
@@ -76,8 +76,8 @@ int Serve::kill_models() const {
     if (std::filesystem::read_symlink(entry.path() / "exe", none).filename() != "thermotwin") continue;
     std::ifstream words(entry.path() / "cmdline", std::ios::binary);
     const std::string line((std::istreambuf_iterator<char>(words)), {});
-    const auto has = [&](const std::string& word) { return line.find(word + '\0') != std::string::npos; };
-    if (!has("model") || line.find(state()) == std::string::npos) continue;
+    const auto has = [&](const std::string& word) { return line.find('\0' + word + '\0') != std::string::npos; };
+    if (!has(part) || !has(model())) continue;
     count += ::kill(std::stoi(name), SIGKILL) == 0;
   }
   return count;

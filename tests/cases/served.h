@@ -44,8 +44,8 @@ protected:
   std::string state() const { return file("serve.state"); }
   /// serve MODEL --quiet ...
   std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const;
-  /// Ends the model processes of this test by SIGKILL. @return their number
-  int kill_models() const;
+  /// Ends the processes of this test by SIGKILL. @param part  "model" or "page"  @return their number
+  int kill_all(const std::string& part) const;
 
   Toy toy_;
 };

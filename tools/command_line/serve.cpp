@@ -30,6 +30,8 @@ void add_model_options(CLI::App& verb, ServeOptions& serve) {
                   "Standard deviation of the values in the columns probe_dx_um, probe_dy_um and probe_dz_um, um.")
       ->check(CLI::Range(0.001, 1e5))
       ->capture_default_str();
+  verb.add_flag("--probed-compensated", serve.probed_compensated,
+                "The values were probed with compensation active, that is, with the offsets of the row before.");
 }
 
 }  // namespace

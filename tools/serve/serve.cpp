@@ -62,6 +62,7 @@ std::vector<std::string> model_command(const ServeOptions& options) {
   if (options.rate_um_s > 0) add("--offset-rate", fmt::format("{}", options.rate_um_s));
   if (options.order > 0) add("--order", std::to_string(options.order));
   if (options.no_sensors) command.emplace_back("--no-sensors");
+  if (options.probed_compensated) command.emplace_back("--probed-compensated");
   if (options.quiet) command.emplace_back("--quiet");
   return command;
 }
