@@ -155,8 +155,9 @@ public:
         clock_(present ? present->start_s() : 0.0),
         load_(twin.machine, options.program.stem().string(), options.start_C, start_),
         rows_(start_, options.row_s, [this](const nc::Row& row) { take_row(row); }),
-        planner_(control.axes, control.blend_tolerance, control.look_ahead,
-                 [this](const nc::Timed& timed) { take_timed(timed); }) {
+        planner_(
+            {control.axes, control.blend_tolerance, control.block_cycle, control.look_ahead, control.overlaps_corners},
+            [this](const nc::Timed& timed) { take_timed(timed); }) {
     program_travel_ = nc::Positions::Zero(start_.size());
     if (twin.model) {
       nc::PredictionOptions prediction;
@@ -319,26 +320,28 @@ private:
   void begin_rewrite(const std::filesystem::path& folder) {
     if (options_.rewrite.empty()) return;
     rewritten_ = options_.program.stem().string() + ".corrected" + options_.program.extension().string();
-    original_ = core::read_file(options_.program);
     nc::RewriteOptions rewrite;
     rewrite.tolerance = options_.tolerance_um * units::um;
     rewrite.words = control_.words;
+    program_out_.open(folder / rewritten_, std::ios::binary);
+    nc::ProgramText lines = nc::ProgramText::of_file(options_.program);
     if (options_.rewrite == "shift") {
-      shift_ = std::make_unique<nc::ShiftRewriter>(original_, options_.program.string(), motion_, rewrite);
+      shift_ = std::make_unique<nc::ShiftRewriter>(std::move(lines), options_.program.string(), motion_, rewrite);
       return;
     }
-    program_out_.open(folder / rewritten_, std::ios::binary);
-    path_ = std::make_unique<nc::PathRewriter>(original_, options_.program.string(), motion_, rewrite,
+    path_ = std::make_unique<nc::PathRewriter>(std::move(lines), options_.program.string(), motion_, rewrite,
                                                [this](const std::string& text) { program_out_ << text; });
   }
   void finish_rewrite(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
     if (options_.rewrite.empty()) return;
-    if (shift_) core::write_file(folder / rewritten_, shift_->finish());
-    if (path_) {
-      const bool differs = path_->finish();
-      close(program_out_, rewritten_);
+    if (shift_) shift_->finish([this](const std::string& text) { program_out_ << text; });
+    const bool differs = shift_ || path_->finish();
+    close(program_out_, rewritten_);
+    if (!differs) {
       // Without a displacement loops and subprograms stay as well.
-      if (!differs) core::write_file(folder / rewritten_, original_);
+      program_out_.open(folder / rewritten_, std::ios::binary | std::ios::trunc);
+      program_out_ << std::ifstream(options_.program, std::ios::binary).rdbuf();
+      close(program_out_, rewritten_);
     }
     files.emplace_back(rewritten_);
   }
@@ -452,7 +455,7 @@ private:
   nc::ProgramSummary program_;
   std::unique_ptr<nc::PathRewriter> path_;
   std::unique_ptr<nc::ShiftRewriter> shift_;
-  std::string rewritten_, original_, file_;
+  std::string rewritten_, file_;
   nc::MoveState state_;  ///< of the last element
   std::ofstream rows_out_, blocks_out_, program_out_;
   bool tcp_ = false, rewrites_ = true;
