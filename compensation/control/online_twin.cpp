@@ -396,6 +396,21 @@ void OnlineTwin::load_file(const std::filesystem::path& path) {
   work_->was_loaded = work_->twin->now->started != 0;
 }
 
+void OnlineTwin::take_over(const OnlineTwin& other) {
+  work_->twin.take_over(other.work_->twin);
+  work_->was_loaded = work_->twin->now->started != 0;
+  const tt_model& m = work_->data();
+  for (int k = 0; k < m.channels; ++k)
+    if (std::isnan(m.channel_default[k]) && m.channel_temperature[k] == 0) work_->twin->row[k] = core::missing;
+}
+
+Eigen::Vector<double, 9> OnlineTwin::output_shares() const {
+  Eigen::Vector<double, 9> shares = Eigen::Vector<double, 9>::Zero();
+  if (work_->data().observer != 0 && tt_errors_learns(&work_->errors()) != 0)
+    tt_errors_output_shares(&work_->errors(), shares.data());
+  return shares;
+}
+
 void OnlineTwin::pass_pause(double until) { tt_twin_pass_pause(work_->twin.get(), until); }
 
 }  // namespace thermotwin::compensation

@@ -65,6 +65,12 @@ public:
   /// The same as a file, see TwinMemory.
   void save_file(const std::filesystem::path& path) const;
   void load_file(const std::filesystem::path& path);
+  /// Goes on from the state of a twin of the same model whose step, limits or start temperature may differ: what a
+  /// program will do needs shorter steps than what runs beside the control. Measured powers no longer hold; the laws
+  /// of the model take over. @throws InputError for another model
+  void take_over(const OnlineTwin& other);
+  /// @return what probing has found, in use by now: shares of the tool side (x y z) and the table side, remainder in m
+  Eigen::Vector<double, 9> output_shares() const;
   /// Computes the time from the last row on as a machine that is off. @param until  s
   void pass_pause(double until);
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/control/twin_memory.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compensation/control/state_error.h"
+#include "compensation/control/twin_jobs.h"
+#include "core/error.h"
 #include "core/file.h"
 
 namespace thermotwin::compensation {
@@ -48,5 +52,13 @@ void TwinMemory::load(std::string_view saved, const std::string& name) {
 void TwinMemory::save_file(const std::filesystem::path& path) const { core::write_file(path, saved()); }
 
 void TwinMemory::load_file(const std::filesystem::path& path) { load(core::read_file(path), path.string()); }
+
+void TwinMemory::take_over(const TwinMemory& other) {
+  if (other.state_.size() != state_.size())
+    throw core::InputError("state to go on from", fmt::format("{} numbers", other.state_.size()),
+                           fmt::format("{}, those of the same model", state_.size()));
+  std::copy(other.state_.begin(), other.state_.end(), state_.begin());
+  tt_redo_job(&twin_);
+}
 
 }  // namespace thermotwin::compensation

@@ -35,6 +35,9 @@ public:
   void save_file(const std::filesystem::path& path) const;
   /// @throws InputError as load, or if the file cannot be read
   void load_file(const std::filesystem::path& path);
+  /// Goes on from a twin of the same model whose step, limits or start temperature may differ.
+  /// @throws InputError for another model
+  void take_over(const TwinMemory& other);
 
 private:
   const tt_model& model_;

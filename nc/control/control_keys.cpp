@@ -76,6 +76,11 @@ const KeyTable control_file{
                     "Largest difference between the radii of an arc at its start and end."),
         key::number("blend_tolerance_mm", "mm", positive, 0.02,
                     "Deviation at a corner where the program states none; it sets the speed there."),
+        key::flag("overlaps_corners", false,
+                  "Sharp corners: a block brakes while the next one accelerates, each with half of the acceleration "
+                  "(LinuxCNC); else they are rounded."),
+        key::number("block_cycle_s", "s", {0.0, 1.0}, 0.0,
+                    "Shortest time of a path element: the control takes blocks no faster."),
         key::number("acceleration_m_s2", "m/s2", {1e-3, 1e3}, 3.0, "Acceleration of linear axes."),
         key::number("acceleration_deg_s2", "deg/s2", {1e-2, 1e6}, 1500.0, "Acceleration of rotary axes."),
         key::whole("look_ahead", 1, 100000, 500.0, "Path elements that the control looks ahead."),

@@ -109,6 +109,8 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
   profile.name = root.text_or("name", fallback);
   profile.arc_radius_tolerance = root.number("arc_radius_tolerance_mm") * units::mm;
   profile.blend_tolerance = root.number("blend_tolerance_mm") * units::mm;
+  profile.block_cycle = root.number("block_cycle_s");
+  profile.overlaps_corners = root.boolean_or("overlaps_corners", false);
   profile.look_ahead = root.integer_or("look_ahead", 500, 1, 100000);
   profile.tool_change = root.number("tool_change_s");
   profile.program_stop = root.number("program_stop_s");

@@ -42,6 +42,8 @@ struct AxisLimits {
 struct ControlProfile {
   std::string name;
   double arc_radius_tolerance = 0, blend_tolerance = 0;         ///< m
+  double block_cycle = 0;                                       ///< s, shortest time of a path element
+  bool overlaps_corners = false;                                ///< see planner.h
   int look_ahead = 0;                                           ///< path elements
   double tool_change = 0, program_stop = 0, spindle_start = 0;  ///< s
   double moves = 0, lines_without_move = 0, seconds = 0;

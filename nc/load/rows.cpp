@@ -103,15 +103,15 @@ std::string rows_header(const mesh::Machine& machine) {
   return text + "\n";
 }
 
-std::string first_row_text(const mesh::Machine& machine, const Positions& start) {
-  std::string text = "0,0,0";
+std::string first_row_text(const mesh::Machine& machine, const Positions& start, double clock) {
+  std::string text = fmt::format("{},0,0", clock);
   for (std::size_t i = 0; i < machine.axes.size(); ++i)
     text += fmt::format(",{},0,,", start[i] / unit_of(machine.axes[i]));
   return text + "\n";
 }
 
-std::string row_text(const mesh::Machine& machine, const Row& row) {
-  std::string text = fmt::format("{},{},{}", row.to, row.spindle_rpm, row.fluid);
+std::string row_text(const mesh::Machine& machine, const Row& row, double clock) {
+  std::string text = fmt::format("{},{},{}", clock + row.to, row.spindle_rpm, row.fluid);
   for (std::size_t k = 0; k < machine.axes.size(); ++k) {
     const Eigen::Index i = k;
     const mesh::Axis& axis = machine.axes[k];

@@ -43,9 +43,10 @@ private:
 
 /// Header and rows of rows.csv, which `compensate` reads.
 std::string rows_header(const mesh::Machine& machine);
-std::string row_text(const mesh::Machine& machine, const Row& row);
+/// @param clock  time of the program's start in the file, s
+std::string row_text(const mesh::Machine& machine, const Row& row, double clock);
 /// The row at the start: the machine stands.
-std::string first_row_text(const mesh::Machine& machine, const Positions& start);
+std::string first_row_text(const mesh::Machine& machine, const Positions& start, double clock);
 
 /// Channels of a row in the order of solver::Channels. NaN: not given.
 Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std::string>& names, const Row& row);

@@ -59,6 +59,10 @@ Nine AxisMotion::values(const Positions& positions, const Move& move, const Nine
   return values;
 }
 
+Eigen::Vector3d AxisMotion::tip(const Positions& positions, const Eigen::Vector3d& tool_offset) const {
+  return tcp_ ? tcp_->point(positions, tool_offset) : letters_of(positions).head<3>() - tool_offset;
+}
+
 Nine AxisMotion::values_at(const Move& move, double u) {
   Nine values = move.from + u * (move.to - move.from);
   if (move.kind == MoveKind::arc) {
@@ -128,7 +132,10 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
                           const std::function<void(Element&&)>& take) const {
   const std::string place = fmt::format("{}:{}", file, move.state.line);
   require_axes(move, place);
+  const Nine change = move.to - move.from;
+  const bool angular = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
   const auto give = [&](Element&& element, double share, bool last) {
+    element.angular = angular;
     element.length = move.length * share;
     element.speed = move.speed;
     element.rapid = move.kind == MoveKind::traverse;

@@ -31,6 +31,10 @@ public:
   /// Values of the control for machine positions: the inverse of positions().
   Nine values(const Positions& positions, const Move& move, const Nine& nominal) const;
 
+  /// The tool's tip in the workpiece, seen with all axes at home; for a machine without tool centre point control, in
+  /// the axes X Y Z. @param tool_offset  m
+  Eigen::Vector3d tip(const Positions& positions, const Eigen::Vector3d& tool_offset) const;
+
   /// Values of the control at a share of the move.
   static Nine values_at(const Move& move, double u);
 

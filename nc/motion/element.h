@@ -27,6 +27,7 @@ struct Element {
   double length = 0;  ///< of the program's path, m or rad
   double speed = 0;   ///< along it; 0: rapid
   bool rapid = false, exact_stop = false;
+  bool angular = false;  ///< length and speed are angles: the programmed move is one of rotary axes alone
   int path_mode = 3;
   double tolerance = 0;  ///< m
   double pause = 0;      ///< s; above 0: a pause at base

@@ -7,6 +7,10 @@
 
 namespace thermotwin::nc {
 
+namespace {
+constexpr double sharp = 0.87;  ///< tangent of half the angle, from which on an overlap is faster than a circle
+}
+
 double Timed::share_at(double seconds) const {
   const double length = element.length;
   if (!(length > 0.0) || seconds >= duration()) return 1.0;
@@ -23,11 +27,9 @@ double Timed::share_at(double seconds) const {
   return std::clamp(s / length, 0.0, 1.0);
 }
 
-Planner::Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_ahead,
-                 std::function<void(const Timed&)> take)
-    : axes_(std::move(axes)),
-      blend_tolerance_(blend_tolerance),
-      look_ahead_(look_ahead),
+Planner::Planner(PlannerOptions options, std::function<void(const Timed&)> take)
+    : options_(std::move(options)),
+      look_ahead_(options_.look_ahead),
       take_(std::move(take)) {}
 
 void Planner::push(Element element) {
@@ -42,9 +44,10 @@ void Planner::push(Element element) {
            acceleration = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < fastest.size(); ++i) {
       if (!(fastest[i] > 0.0)) continue;
-      speed = std::min(speed, axes_[static_cast<std::size_t>(i)].speed / fastest[i]);
-      acceleration = std::min(acceleration, axes_[static_cast<std::size_t>(i)].acceleration / fastest[i]);
+      speed = std::min(speed, options_.axes[static_cast<std::size_t>(i)].speed / fastest[i]);
+      acceleration = std::min(acceleration, options_.axes[static_cast<std::size_t>(i)].acceleration / fastest[i]);
     }
+    if (options_.block_cycle > 0.0) speed = std::min(speed, e.length / options_.block_cycle);
     if (e.angle > 0.0) {
       // Part of the acceleration bends the path, the rest changes the speed along it.
       speed = std::min(speed, std::sqrt(0.87 * acceleration * std::max(e.length / e.angle, 1e-12)));
@@ -54,12 +57,20 @@ void Planner::push(Element element) {
     planned.limit = std::isfinite(speed) ? speed : 1.0;
     planned.acceleration = std::isfinite(acceleration) ? acceleration : 1.0;
   }
+  planned.full = planned.acceleration;
   planned.corner = held_.empty() ? speed_ : corner_speed(held_.back(), planned);
   held_.push_back(std::move(planned));
   if (held_.size() >= 2 * look_ahead_ + 2) release(look_ahead_ + 1);
 }
 
-double Planner::corner_speed(const Planned& before, const Planned& after) const {
+/// From rest to rest with half of the acceleration.
+void Planner::overlap(Planned& planned) {
+  planned.acceleration = 0.5 * planned.full;
+  if (++planned.overlaps == 2)
+    planned.limit = std::min(planned.limit, std::sqrt(planned.acceleration * planned.element.length));
+}
+
+double Planner::corner_speed(Planned& before, Planned& after) const {
   const Element &a = before.element, &b = after.element;
   if (a.pause > 0.0 || b.pause > 0.0 || a.exact_stop) return 0.0;
   Positions out = a.derivative(1.0), in = b.derivative(0.0);
@@ -70,10 +81,18 @@ double Planner::corner_speed(const Planned& before, const Planned& after) const 
   const double cosine = std::clamp(out.dot(in) / (n_out * n_in), -1.0, 1.0);
   if (cosine > 1.0 - 1e-9) return most;
   if (a.path_mode == 2 && a.last) return 0.0;
-  const double half = std::sqrt(0.5 * (1.0 + cosine));  // cos of half the angle of the turn
-  const double tolerance = a.path_mode == 3 && a.tolerance > 0.0 ? a.tolerance : blend_tolerance_;
-  const double acceleration = std::min(before.acceleration, after.acceleration);
-  return std::min(most, std::sqrt(acceleration * tolerance * half / std::max(1.0 - half, 1e-12)));
+  const double half = std::sqrt(0.5 * (1.0 + cosine)), sine = std::sqrt(0.5 * (1.0 - cosine));  // of half the turn
+  const double tolerance = a.path_mode == 3 && a.tolerance > 0.0 ? a.tolerance : options_.blend_tolerance;
+  const double acceleration = std::min(before.full, after.full);
+  if (options_.overlaps && sine >= sharp * half) {
+    overlap(before);
+    overlap(after);
+    const double way = std::min({a.length, b.length, 4.0 * tolerance / sine});
+    return std::min({before.limit, after.limit, std::sqrt(0.5 * acceleration * way)});
+  }
+  const double radius = std::min(tolerance * half / std::max(1.0 - half, 1e-12),
+                                 0.5 * std::min(a.length, b.length) * half / std::max(sine, 1e-12));
+  return std::min(most, std::sqrt(acceleration * radius));
 }
 
 void Planner::release(std::size_t count) {

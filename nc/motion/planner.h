@@ -4,8 +4,12 @@
 // elements that the control looks ahead. An element takes the speed that all of these allow:
 //   the feed; |dq_i/ds| v <= speed_i; |dq_i/ds| a <= acceleration_i; v^2 / r <= 0.87 a on an arc.
 // At a corner the path is rounded by a circle that deviates by the tolerance d, so that
-//   v^2 <= a d c / (1 - c),  c = cos(half the angle between the directions),
-// and the program stops at a corner in exact stop mode, and in exact path mode unless the directions agree. Corners
+//   v^2 <= a r,  r = min(d c / (1 - c), l / (2 tan(half the angle))),  c = cos(half the angle between the directions),
+// with l the shorter of both elements, whose halves the circle may take. No element is shorter than the control's
+// block cycle. A control that overlaps sharp corners (LinuxCNC) does so from tan(half the angle) = 0.87 on: one element
+// brakes while the next one accelerates, each with half of the acceleration, from rest to rest but for the overlap,
+//   v^2 <= a/2 min(l, 4 d / sin(half the angle)).
+// The program stops at a corner in exact stop mode, and in exact path mode unless the directions agree. Corners
 // between the lines of one move, and those of angles (a radian counts as a metre), are rounded likewise. Speeds then
 // follow from accelerating and braking as late as possible; jerk is not limited.
 
@@ -29,9 +33,17 @@ struct Timed {
   double share_at(double seconds) const;
 };
 
+struct PlannerOptions {
+  std::vector<AxisLimits> axes;   ///< (axes of the machine)
+  double blend_tolerance = 2e-5;  ///< m, where the program states none
+  double block_cycle = 0;         ///< s, shortest time of an element
+  int look_ahead = 500;           ///< elements
+  bool overlaps = false;          ///< at sharp corners
+};
+
 class Planner {
 public:
-  Planner(std::vector<AxisLimits> axes, double blend_tolerance, int look_ahead, std::function<void(const Timed&)> take);
+  Planner(PlannerOptions options, std::function<void(const Timed&)> take);
 
   void push(Element element);
   void finish();  ///< plans the rest; the axes stand at the end
@@ -42,15 +54,17 @@ private:
     Element element;
     double limit = 0, acceleration = 0;  ///< along the path
     double corner = 0;                   ///< largest speed at its start
+    double full = 0;                     ///< acceleration without an overlap
+    int overlaps = 0;                    ///< ends at which it overlaps
     double v0 = 0;
   };
-  double corner_speed(const Planned& before, const Planned& after) const;
+  double corner_speed(Planned& before, Planned& after) const;
+  static void overlap(Planned& planned);
   /// Plans all that is held and gives out the first ones. @param count  of them
   void release(std::size_t count);
   void give(const Planned& planned, double v1);
 
-  std::vector<AxisLimits> axes_;
-  double blend_tolerance_;
+  PlannerOptions options_;
   std::size_t look_ahead_;
   std::function<void(const Timed&)> take_;
   std::deque<Planned> held_;

@@ -2,14 +2,16 @@
 #pragma once
 // TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. Each
 // move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated.
+// The machine begins at a uniform temperature, or as a saved state says (present_machine.h).
 
 #include <functional>
 #include <memory>
 #include <vector>
 
-#include "compensation/online/compensator.h"
+#include "compensation/online/online_model.h"
 #include "compensation/online/output_map.h"
 #include "nc/load/rows.h"
+#include "nc/prediction/present_machine.h"
 
 namespace thermotwin::nc {
 
@@ -29,14 +31,19 @@ public:
   /// (linear axes) m, what cancels the error
   Eigen::VectorXd offsets(const Positions& positions, double share) const;
   Eigen::VectorXd offsets(const solver::TcpError& error) const { return map_.offsets(error); }
+  /// (3) standard deviation of the error's translations from those of the axes' offsets, taken to be independent, in
+  /// the unit of the offsets'
+  Eigen::Vector3d error_std(const Eigen::VectorXd& of_offsets) const;
   const std::vector<std::string>& axes() const { return map_.axes(); }
   bool outside(const Positions& positions) const { return map_.outside(positions); }
-  void advance(const Eigen::VectorXd& state);
+  /// @param shares  what probing has found, as OnlineTwin::output_shares()
+  void advance(const Eigen::VectorXd& state, const Eigen::Vector<double, 9>& shares);
 
 private:
   compensation::OutputMap map_;
   compensation::OutputMap::Projected base_, change_;
   Eigen::VectorXd state_;
+  Eigen::Vector<double, 9> shares_ = Eigen::Vector<double, 9>::Zero();
 };
 
 struct PredictedMove {
@@ -52,17 +59,24 @@ struct PredictedMove {
 
 class Predictor {
 public:
-  /// @param model  must outlive this  @param take  receives each move in the program's order
-  Predictor(const reduction::ReducedModel& model, const Positions& start, const PredictionOptions& options,
-            std::function<void(const PredictedMove&)> take);
+  /// @param model  must outlive this  @param present  the machine before the program; none: at options.start_C
+  /// @param take  receives each move in the program's order
+  Predictor(const reduction::ReducedModel& model, std::unique_ptr<PresentMachine> present, const Positions& start,
+            const PredictionOptions& options, std::function<void(const PredictedMove&)> take);
 
   void add(const Timed& timed);  ///< before the row that ends after it
   void row(const Row& row);
   const std::vector<std::string>& axes() const { return field_.axes(); }
+  const compensation::OffsetLimits& limits() const { return online_.limits(); }
 
 private:
+  void advance_field();
+
   const reduction::ReducedModel& model_;
-  compensation::Compensator compensator_;
+  std::unique_ptr<PresentMachine> present_;
+  std::unique_ptr<compensation::OnlineModel> cold_;
+  compensation::OnlineModel& online_;
+  double zero_ = 0;  ///< s, of the program's start on the model's clock
   ErrorField field_;
   std::function<void(const PredictedMove&)> take_;
   std::vector<Timed> pending_;

@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/file.h"
 #include "core/text.h"
 #include "core/units.h"
 
@@ -42,6 +41,21 @@ bool whole_turns(const Arc& arc) {
   return std::abs(turns - std::round(turns)) < 1e-9;
 }
 
+bool is_percent(const ProgramText& lines, std::size_t index) {
+  const std::string line = lines.raw(index);
+  return core::trimmed(line) == "%";
+}
+
+/// The last line that is not blank; 0: there is none behind the first.
+std::size_t last_line(const ProgramText& lines) {
+  std::size_t last = lines.size() - 1;
+  for (std::string line; last > 0; --last) {
+    line = lines.raw(last);
+    if (!core::trimmed(line).empty()) break;
+  }
+  return last;
+}
+
 /// The centre nearest to a wanted one from which both ends are equally far.
 Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Eigen::Vector3d& wanted,
                           const Eigen::Vector3d& normal) {
@@ -57,9 +71,9 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 }  // namespace
 
-PathRewriter::PathRewriter(const std::string& text, std::string name, const AxisMotion& motion,
-                           const RewriteOptions& options, std::function<void(const std::string&)> out)
-    : lines_(text),
+PathRewriter::PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
+                           std::function<void(const std::string&)> out)
+    : lines_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
       options_(options),
@@ -79,7 +93,7 @@ ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) c
   const ProgramText* lines = &lines_;
   if (file != name_) {
     auto found = others_.find(file);
-    if (found == others_.end()) found = others_.emplace(file, ProgramText(core::read_file(file))).first;
+    if (found == others_.end()) found = others_.emplace(file, ProgramText::of_file(file)).first;
     lines = &found->second;
   }
   return number >= 1 && number <= lines->size() ? lines->line(number - 1) : ProgramLine{};
@@ -455,7 +469,7 @@ void PathRewriter::emit(Entry& entry) {
   const std::string end = entry.line.end.empty() && !flat_ ? "\n" : entry.line.end;
   if (flat_) {
     while (written_ + 1 < entry.number && written_ < lines_.size()) {
-      count(std::string(lines_.raw(written_)));
+      count(lines_.raw(written_));
       ++written_;
     }
     if (entry.number != written_ + 1) return;  // the end of the program is read twice
@@ -468,7 +482,7 @@ void PathRewriter::emit(Entry& entry) {
   }
   if (!began_) {
     // Lines before the first one that the interpreter reads, such as %.
-    for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(std::string(lines_.raw(i)));
+    for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(lines_.raw(i));
     began_ = true;
   }
   if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
@@ -503,11 +517,10 @@ bool PathRewriter::finish() {
   flush();
   if (flat_) {
     for (; written_ < lines_.size(); ++written_) {
-      out_(std::string(lines_.raw(written_)));
+      out_(lines_.raw(written_));
       ++summary_.lines_after;
     }
-  } else if (const std::string_view rest = core::trimmed(lines_.text());
-             began_ && rest.ends_with("\n%") && core::trimmed(lines_.raw(0)) == "%") {
+  } else if (began_ && is_percent(lines_, 0) && last_line(lines_) > 0 && is_percent(lines_, last_line(lines_))) {
     out_("%\n");
     ++summary_.lines_after;
   }

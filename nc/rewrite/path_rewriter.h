@@ -31,8 +31,8 @@ struct RewriteSummary {
 
 class PathRewriter {
 public:
-  /// @param text  of the program  @param name  for messages  @param out  receives the new text in parts
-  PathRewriter(const std::string& text, std::string name, const AxisMotion& motion, const RewriteOptions& options,
+  /// @param lines  of the program  @param name  for messages  @param out  receives the new text in parts
+  PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
                std::function<void(const std::string&)> out);
 
   /// In the interpreter's order.

@@ -6,10 +6,16 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.h"
 
 namespace thermotwin::nc {
 
 namespace {
+
+constexpr std::size_t chunk_lines = 64;
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool is_space(char c) { return c == ' ' || c == '\t'; }
@@ -162,23 +168,55 @@ std::string nc_number(double value, int decimals) {
   return text;
 }
 
-ProgramText::ProgramText(std::string text) : text_(std::move(text)) {
-  begins_.push_back(0);
-  for (std::size_t i = 0; i < text_.size(); ++i)
-    if (text_[i] == '\n') begins_.push_back(i + 1);
-  if (begins_.back() != text_.size()) begins_.push_back(text_.size());
+ProgramText::ProgramText(const std::string& text) : ProgramText(std::make_unique<std::istringstream>(text), "text") {}
+
+ProgramText ProgramText::of_file(const std::filesystem::path& path) {
+  auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
+  if (!*file) throw core::InputError(path.string(), "cannot be read", "an NC program");
+  return ProgramText(std::move(file), path.string());
 }
 
-std::string_view ProgramText::raw(std::size_t index) const {
-  return std::string_view(text_).substr(begins_[index], begins_[index + 1] - begins_[index]);
+ProgramText::ProgramText(std::unique_ptr<std::istream> in, std::string name)
+    : in_(std::move(in)),
+      name_(std::move(name)) {
+  std::vector<char> part(1 << 16);
+  std::streamoff place = 0;
+  bool begins = true;
+  while (in_->read(part.data(), std::ssize(part)), in_->gcount() > 0) {
+    for (std::streamsize i = 0; i < in_->gcount(); ++i, ++place) {
+      if (begins && size_++ % chunk_lines == 0) begins_.push_back(place);
+      begins = part[static_cast<std::size_t>(i)] == '\n';
+    }
+  }
+}
+
+void ProgramText::load(std::size_t chunk) const {
+  in_->clear();
+  in_->seekg(begins_[chunk]);
+  lines_.clear();
+  std::string line;
+  while (lines_.size() < chunk_lines && std::getline(*in_, line)) {
+    if (!in_->eof()) line += '\n';
+    lines_.push_back(line);
+  }
+  chunk_ = chunk;
+}
+
+std::string ProgramText::raw(std::size_t index) const {
+  if (index / chunk_lines != chunk_) load(index / chunk_lines);
+  if (index % chunk_lines >= lines_.size())
+    throw core::InputError(name_, "became shorter while it was read", "a file that stays as it is");
+  return lines_[index % chunk_lines];
 }
 
 ProgramLine ProgramText::line(std::size_t index) const {
-  std::string_view whole = raw(index);
+  std::string whole = raw(index);
   std::size_t code = whole.size();
   if (code > 0 && whole[code - 1] == '\n') --code;
   if (code < whole.size() && code > 0 && whole[code - 1] == '\r') --code;
-  return ProgramLine::parse(std::string(whole.substr(0, code)), std::string(whole.substr(code)));
+  std::string end = whole.substr(code);
+  whole.resize(code);
+  return ProgramLine::parse(std::move(whole), std::move(end));
 }
 
 }  // namespace thermotwin::nc

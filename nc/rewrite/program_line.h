@@ -3,6 +3,9 @@
 // A line of an NC program as text with the places of its words, so that single numbers change and all else stays.
 
 #include <cstddef>
+#include <filesystem>
+#include <istream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -43,20 +46,29 @@ private:
 /// The number as NC programs write it: at most so many decimals, no trailing zeros but one, no -0.
 std::string nc_number(double value, int decimals);
 
-/// A text by its lines. Only where they begin is kept; a line is read when it is asked for.
+/// A program by its lines. Of a file only every 64th line's place is kept, and the lines about the one last asked for:
+/// memory does not grow with the program.
 class ProgramText {
 public:
   /// @param text  of any content
-  explicit ProgramText(std::string text);
+  explicit ProgramText(const std::string& text);
+  /// @throws InputError if it cannot be read
+  static ProgramText of_file(const std::filesystem::path& path);
 
-  std::size_t size() const { return begins_.size() - 1; }
-  ProgramLine line(std::size_t index) const;      ///< from 0
-  std::string_view raw(std::size_t index) const;  ///< with its end
-  const std::string& text() const { return text_; }
+  std::size_t size() const { return size_; }
+  ProgramLine line(std::size_t index) const;  ///< from 0
+  std::string raw(std::size_t index) const;   ///< with its end
 
 private:
-  std::string text_;
-  std::vector<std::size_t> begins_;  ///< and the end of the text
+  ProgramText(std::unique_ptr<std::istream> in, std::string name);
+  void load(std::size_t chunk) const;
+
+  std::unique_ptr<std::istream> in_;
+  std::string name_;
+  std::size_t size_ = 0;
+  std::vector<std::streamoff> begins_;  ///< of the chunks
+  mutable std::size_t chunk_ = static_cast<std::size_t>(-1);
+  mutable std::vector<std::string> lines_;  ///< of the chunk
 };
 
 }  // namespace thermotwin::nc

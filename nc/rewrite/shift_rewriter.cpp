@@ -28,9 +28,9 @@ std::string label_of(const ProgramLine& line) {
 
 }  // namespace
 
-ShiftRewriter::ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion,
+ShiftRewriter::ShiftRewriter(ProgramText lines, std::string name, const AxisMotion& motion,
                              const RewriteOptions& options)
-    : lines_(text),
+    : lines_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
       options_(options) {
@@ -72,7 +72,7 @@ void ShiftRewriter::block(const MoveState& state, const std::string& file, const
 }
 
 void ShiftRewriter::move(const Move& move) {
-  if (next_ == 0 && section_of_.empty()) {
+  if (!moved_) {
     // The first update stands before the first line that moves, and before the loop or subprogram that it is in.
     std::size_t line = main_ ? line_ : lines_.size();
     const auto units_in = [&](std::size_t at) {
@@ -87,6 +87,7 @@ void ShiftRewriter::move(const Move& move) {
     sections_.front().unit = unit_;
     sections_.front().behind = is_open(line) && line != line_ ? line : line - 1;
   }
+  moved_ = true;
   ++moves_in_line_;
   const Nine change = move.to - move.from;
   retracts_ = move.kind == MoveKind::traverse && change[2] > 0.0 && change[0] == 0.0 && change[1] == 0.0;
@@ -95,7 +96,8 @@ void ShiftRewriter::move(const Move& move) {
 
 void ShiftRewriter::predicted(const PredictedMove& predicted) {
   const Source& source = *predicted.timed->element.source;
-  Section& section = sections_[section_of_[next_++]];
+  Section& section = sections_[section_of_.front()];
+  section_of_.pop_front();
   if (source.move.kind == MoveKind::traverse) return;
   Positions positions = predicted.end;
   for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
@@ -121,7 +123,7 @@ void ShiftRewriter::predicted(const PredictedMove& predicted) {
   summary_.largest_um = std::max(summary_.largest_um, displacement.norm() / units::um);
 }
 
-std::string ShiftRewriter::finish() {
+void ShiftRewriter::finish(const std::function<void(const std::string&)>& out) {
   std::map<std::size_t, std::string> updates;
   std::map<int, Eigen::Vector3d> in_use;
   for (const Section& section : sections_) {
@@ -142,18 +144,15 @@ std::string ShiftRewriter::finish() {
     for (const Eigen::Vector3d& end : {section.low, section.high})
       largest_left_ = std::max(largest_left_, (end - used).cwiseAbs().maxCoeff() / units::um);
   }
-  std::string text;
   for (std::size_t i = 0; i <= lines_.size(); ++i) {
-    if (i > 0) text += lines_.raw(i - 1);
+    if (i > 0) out(lines_.raw(i - 1));
     const auto update = updates.find(i);
     if (update == updates.end()) continue;
     const std::string end = i > 0 ? lines_.line(i - 1).end : "\n";
-    if (end.empty()) text += "\n";
-    text += update->second + (end.empty() ? "\n" : end);
+    out((end.empty() ? "\n" : "") + update->second + (end.empty() ? "\n" : end));
     ++summary_.changed;
     ++summary_.lines_after;
   }
-  return text;
 }
 
 }  // namespace thermotwin::nc

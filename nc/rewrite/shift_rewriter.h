@@ -5,6 +5,7 @@
 // next one, in the unit that holds at its place. It is written where it differs from the last by more than the
 // tolerance; all other text stays.
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <string>
@@ -16,14 +17,14 @@ namespace thermotwin::nc {
 
 class ShiftRewriter {
 public:
-  ShiftRewriter(const std::string& text, std::string name, const AxisMotion& motion, const RewriteOptions& options);
+  ShiftRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options);
 
   /// @param frame  before the line runs
   void block(const MoveState& state, const std::string& file, const Frame& frame);
   void move(const Move& move);
   void predicted(const PredictedMove& move);
-  /// @return the text with its updates
-  std::string finish();
+  /// Writes the text with its updates. @param out  receives it in parts
+  void finish(const std::function<void(const std::string&)>& out);
   const RewriteSummary& summary() const { return summary_; }
   /// (3) um, largest deviation of a cutting move's displacement from the update in use
   double largest_left_um() const { return largest_left_; }
@@ -46,8 +47,8 @@ private:
   RewriteSummary summary_;
   std::vector<bool> closed_;  ///< lines within a loop, a branch or a subprogram
   std::vector<Section> sections_;
-  std::vector<int> section_of_;      ///< of the moves that wait, in their order
-  std::size_t next_ = 0;             ///< of the moves, to be predicted
+  std::deque<int> section_of_;       ///< of the moves that wait, in their order
+  bool moved_ = false;               ///< a move has come
   std::size_t line_ = 0, last_ = 0;  ///< present line; last one
   double unit_ = 1e-3;               ///< m, before the present line
   int moves_in_line_ = 0;

@@ -23,6 +23,23 @@ void add_nc(CLI::App& app) {
   verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
       ->capture_default_str();
   verb->add_option("--row-s", nc.row_s, "Length of the rows, s.")->capture_default_str();
+  auto* state = verb->add_option("--state", nc.state,
+                                 "State of `compensate --state`: the machine before the program (default: at "
+                                 "--start-C). It begins where the axes stand then, unless --start says so.");
+  verb->add_option("--after", nc.after_s,
+                   "Time from the state to the program, s (default: --row-s). Beyond 300 s the machine was off.")
+      ->check(CLI::Range(0.0, 604800.0))
+      ->needs(state);
+  verb->add_option("--step", nc.step_s, "--step of the `compensate` that saved the state, s.")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->needs(state);
+  verb->add_option("--largest-offset", nc.largest_um, "Its --largest-offset, um.")
+      ->check(CLI::PositiveNumber)
+      ->needs(state);
+  verb->add_option("--offset-rate", nc.rate_um_s, "Its --offset-rate, um/s.")->check(CLI::PositiveNumber)->needs(state);
+  verb->add_option("--order", nc.order, "States of the model that are kept, the first ones (default: all).")
+      ->check(CLI::PositiveNumber);
   verb->add_option("--rewrite", nc.rewrite,
                    "path: corrected coordinates; shift: updates of the work offset at retracted moves.")
       ->check(CLI::IsMember({"path", "shift"}));
@@ -36,6 +53,7 @@ void add_nc(CLI::App& app) {
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_flag("--no-blocks", nc.no_blocks, "Leave out blocks.csv, a row for each move.");
+  verb->add_flag("--no-page", nc.no_page, "Leave out report.html, the error along the path.");
 }
 
 }  // namespace thermotwin::tools

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 
+#include "compensation/control/model_order.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/range.h"
@@ -18,9 +19,14 @@
 #include "mesh/machine/file.h"
 #include "nc/motion/axis_motion.h"
 #include "nc/prediction/prediction.h"
+#include "nc/report/operations.h"
+#include "nc/report/parts.h"
+#include "nc/report/path_samples.h"
+#include "nc/report/report.h"
 #include "nc/rewrite/path_rewriter.h"
 #include "nc/rewrite/shift_rewriter.h"
 #include "reduction/model/model_file.h"
+#include "tools/page.h"
 
 namespace thermotwin::tools {
 
@@ -34,151 +40,73 @@ struct Twin {
   mesh::Machine machine;
 };
 
-Twin read_twin(const std::filesystem::path& path) {
+Twin read_twin(const std::filesystem::path& path, int order) {
   Twin twin;
   if (std::filesystem::is_directory(path) || path.extension() == ".toml") {
     twin.machine = mesh::read_machine(std::filesystem::is_directory(path) ? path / "machine.toml" : path);
   } else {
-    twin.model = reduction::read_model(path);
+    twin.model = compensation::model_of_order(reduction::read_model(path), order);
     twin.machine = twin.model->machine;
   }
   return twin;
 }
 
-/// What a tool did between two changes.
-struct Operation {
-  int tool = 0;
-  std::uint32_t first_line = 0, last_line = 0;
-  double start = 0, end = 0, cutting_s = 0, rapid_s = 0, pause_s = 0, feed_length = 0, rpm_s = 0, fluid_s = 0;
-  long moves = 0;
-  Eigen::ArrayXd largest_um, sum_um, std_um;  ///< (linear axes) of the offsets at the ends of cutting moves
-  long cuts = 0;
-  bool any = false;
-};
+/// The machine as the saved state has it; none where there is no state.
+std::unique_ptr<nc::PresentMachine> present_machine(const NcOptions& options, const Twin& twin) {
+  if (options.state.empty()) return nullptr;
+  if (!twin.model)
+    throw core::UsageError("nc: --state needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
+  nc::PresentOptions present;
+  present.state = options.state;
+  present.after_s = options.after_s.value_or(options.row_s);
+  present.step_s = options.row_s;
+  compensation::CompensatorOptions& saved_with = present.saved_with.compensator;
+  saved_with.step_s = options.step_s;
+  saved_with.start_C = options.start_C;
+  saved_with.largest_um = options.largest_um;
+  saved_with.rate_um_s = options.rate_um_s;
+  present.validate();
+  return std::make_unique<nc::PresentMachine>(*twin.model, present);
+}
 
-/// Offsets of the cutting moves of each part of a series.
-class Parts {
+nc::Positions start_of(const NcOptions& options, const mesh::Machine& machine, const nc::PresentMachine* present) {
+  if (!options.start.empty()) return mesh::parse_pose(machine, options.start, "--start");
+  return present != nullptr ? present->pose() : mesh::home_pose(machine);
+}
+
+/// What the page shows, collected along the program.
+class Along {
 public:
+  Along(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits)
+      : beyond_(limits),
+        samples_(motion, [this](const nc::PathPoint& point) {
+          path_.add(point);
+          errors_.add(point);
+        }) {}
   void add(const nc::PredictedMove& move) {
-    if (move.timed->element.rapid) return;
-    Part& part = parts_[move.timed->element.state.part];
-    const Eigen::ArrayXd offset = move.offset_um.array();
-    if (part.moves == 0) {
-      part.sum = Eigen::ArrayXd::Zero(offset.size());
-      part.low = part.high = offset;
-      part.start = move.time;
+    beyond_.add(move);
+    if (move.timed->element.source) {
+      samples_.add(move);
+      return;
     }
-    ++part.moves;
-    part.sum += offset;
-    part.low = part.low.min(offset);
-    part.high = part.high.max(offset);
-    part.end = move.time;
+    nc::PathPoint point;
+    point.error_um = move.error_um;
+    point.std_um = move.field->error_std(move.std_um);
+    point.time = move.time;
+    point.rapid = move.timed->element.rapid;
+    errors_.add(point);
   }
-  std::string csv(const std::vector<std::string>& axes) const {
-    std::string text = "part,start_s,end_s";
-    for (const std::string& axis : axes) text += fmt::format(",mean_offset_{0}_um,low_{0}_um,high_{0}_um", axis);
-    text += "\n";
-    for (const auto& [number, part] : parts_) {
-      text += fmt::format("{},{:.6f},{:.6f}", number + 1, part.start, part.end);
-      for (Eigen::Index i = 0; i < part.sum.size(); ++i)
-        text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.sum[i] / static_cast<double>(part.moves), part.low[i],
-                            part.high[i]);
-      text += "\n";
-    }
-    return text;
+  std::string page(const nc::Report& report, const nc::Operations& operations, const nc::Parts& parts) {
+    path_.finish();
+    return nc::report_page(report, path_, errors_, operations, beyond_, parts);
   }
-  /// The first part whose mean offsets, and those of all after it, are within a tolerance of the last part's; from 1.
-  int first_good(double within_um) const {
-    int good = 0;
-    for (auto part = parts_.rbegin(); part != parts_.rend(); ++part) {
-      const Eigen::ArrayXd apart = part->second.mean() - parts_.rbegin()->second.mean();
-      if (apart.abs().maxCoeff() > within_um) break;
-      good = part->first + 1;
-    }
-    return good;
-  }
-  double start_of(int part) const { return parts_.at(part - 1).start; }
+  const nc::BeyondLimits& beyond() const { return beyond_; }
 
 private:
-  struct Part {
-    double start = 0, end = 0;
-    long moves = 0;
-    Eigen::ArrayXd sum, low, high;
-    Eigen::ArrayXd mean() const { return sum / static_cast<double>(moves); }
-  };
-  std::map<int, Part> parts_;
-};
-
-class Operations {
-public:
-  void add(const nc::Timed& timed) {
-    Operation& operation = at(timed.element.state);
-    const double duration = timed.duration(), end = timed.start + duration;
-    if (!operation.any) {
-      operation.start = timed.start;
-      operation.first_line = timed.element.state.line;
-      operation.any = true;
-    }
-    operation.end = end;
-    operation.tool = timed.element.state.tool;
-    operation.last_line = std::max(operation.last_line, timed.element.state.line);
-    operation.rpm_s += std::abs(timed.element.state.spindle_rpm) * duration;
-    if (timed.element.state.flood || timed.element.state.mist) operation.fluid_s += duration;
-    if (timed.element.pause > 0.0) {
-      operation.pause_s += duration;
-    } else if (timed.element.rapid) {
-      operation.rapid_s += duration;
-    } else {
-      operation.cutting_s += duration;
-      operation.feed_length += timed.element.length;
-    }
-    if (timed.element.last) ++operation.moves;
-  }
-  void add(const nc::PredictedMove& move) {
-    if (move.timed->element.rapid) return;
-    Operation& operation = at(move.timed->element.state);
-    const Eigen::ArrayXd offset = move.offset_um.array();
-    if (operation.cuts == 0) {
-      operation.largest_um = operation.sum_um = operation.std_um = Eigen::ArrayXd::Zero(offset.size());
-    }
-    ++operation.cuts;
-    for (Eigen::Index i = 0; i < offset.size(); ++i)
-      if (std::abs(offset[i]) > std::abs(operation.largest_um[i])) operation.largest_um[i] = offset[i];
-    operation.sum_um += offset;
-    operation.std_um = operation.std_um.max(move.std_um.array());
-  }
-  std::string csv(const std::vector<std::string>& axes) const {
-    std::string text =
-        "part,operation,tool,first_line,last_line,start_s,end_s,cutting_s,rapid_s,pause_s,feed_length_mm,"
-        "mean_feed_mm_min,mean_spindle_rpm,fluid_share,moves";
-    for (const std::string& axis : axes)
-      text += fmt::format(",mean_offset_{0}_um,largest_offset_{0}_um,std_{0}_um", axis);
-    text += "\n";
-    for (const auto& [key, o] : operations_) {
-      if (!o.any) continue;
-      const double duration = std::max(o.end - o.start, 1e-12);
-      text +=
-          fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{}", key.first + 1,
-                      key.second, o.tool, o.first_line, o.last_line, o.start, o.end, o.cutting_s, o.rapid_s, o.pause_s,
-                      o.feed_length / units::mm, o.cutting_s > 0 ? o.feed_length / units::mm / o.cutting_s * 60.0 : 0.0,
-                      o.rpm_s / duration, o.fluid_s / duration, o.moves);
-      for (std::size_t i = 0; i < axes.size(); ++i) {
-        const Eigen::Index k = i;
-        text += o.cuts == 0 ? ",,,"
-                            : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / static_cast<double>(o.cuts),
-                                          o.largest_um[k], o.std_um[k]);
-      }
-      text += "\n";
-    }
-    return text;
-  }
-  std::size_t count() const {
-    return std::count_if(operations_.begin(), operations_.end(), [](const auto& one) { return one.second.any; });
-  }
-
-private:
-  Operation& at(const nc::MoveState& state) { return operations_[{state.part, state.operation}]; }
-  std::map<std::pair<int, int>, Operation> operations_;
+  nc::PathPoints path_;
+  nc::ErrorOverTime errors_;
+  nc::BeyondLimits beyond_;
+  nc::PathSamples samples_;
 };
 
 std::string blocks_header(const mesh::Machine& machine, const std::vector<std::string>& axes) {
@@ -217,30 +145,33 @@ void require_spindle(const mesh::Machine& machine, const nc::MoveState& state, c
 /// One run through the program with all that is made on the way.
 class Run {
 public:
-  Run(const NcOptions& options, const Twin& twin, const nc::ControlProfile& control)
+  Run(const NcOptions& options, const Twin& twin, const nc::ControlProfile& control,
+      std::unique_ptr<nc::PresentMachine> present)
       : options_(options),
         twin_(twin),
         control_(control),
         motion_(twin.machine),
-        start_(options.start.empty() ? mesh::home_pose(twin.machine)
-                                     : mesh::parse_pose(twin.machine, options.start, "--start")),
+        start_(start_of(options, twin.machine, present.get())),
+        clock_(present ? present->start_s() : 0.0),
         load_(twin.machine, options.program.stem().string(), options.start_C, start_),
         rows_(start_, options.row_s, [this](const nc::Row& row) { take_row(row); }),
-        planner_(control.axes, control.blend_tolerance, control.look_ahead,
-                 [this](const nc::Timed& timed) { take_timed(timed); }) {
+        planner_(
+            {control.axes, control.blend_tolerance, control.block_cycle, control.look_ahead, control.overlaps_corners},
+            [this](const nc::Timed& timed) { take_timed(timed); }) {
     program_travel_ = nc::Positions::Zero(start_.size());
     if (twin.model) {
       nc::PredictionOptions prediction;
       prediction.start_C = options.start_C;
       prediction.interval = options.row_s;
-      predictor_ = std::make_unique<nc::Predictor>(*twin.model, start_, prediction,
+      predictor_ = std::make_unique<nc::Predictor>(*twin.model, std::move(present), start_, prediction,
                                                    [this](const nc::PredictedMove& move) { take_predicted(move); });
+      if (!options.no_page) along_ = std::make_unique<Along>(motion_, predictor_->limits());
     }
   }
 
   std::vector<std::filesystem::path> write(const std::filesystem::path& folder) {
     rows_out_.open(folder / "rows.csv", std::ios::binary);
-    rows_out_ << nc::rows_header(twin_.machine) << nc::first_row_text(twin_.machine, start_);
+    rows_out_ << nc::rows_header(twin_.machine) << nc::first_row_text(twin_.machine, start_, clock_);
     const bool blocks = predictor_ && !options_.no_blocks;
     if (blocks) {
       blocks_out_.open(folder / "blocks.csv", std::ios::binary);
@@ -259,6 +190,10 @@ public:
     if (predictor_ && options_.repeat > 1) {
       core::write_file(folder / "parts.csv", parts_.csv(predictor_->axes()));
       files.emplace_back("parts.csv");
+    }
+    if (along_) {
+      write_page(folder / "report.html", [this] { return along_->page(report(), operations_, parts_); });
+      if (std::filesystem::exists(folder / "report.html")) files.emplace_back("report.html");
     }
     return files;
   }
@@ -340,29 +275,73 @@ private:
     if (!out)
       throw core::InputError((options_.out / name).string(), "cannot be written", "a place with room and permission");
   }
+  nc::Report report() const {
+    nc::Report report;
+    report.program = options_.program.filename().string();
+    report.machine = fmt::format("machine {}, order {}", twin_.machine.name, twin_.model->system.order());
+    report.begins = options_.state.empty()
+                        ? fmt::format("the whole machine begins at {} °C", options_.start_C)
+                        : fmt::format("begins {} s after the saved state {}", options_.after_s.value_or(options_.row_s),
+                                      options_.state.filename().string());
+    report.axes = predictor_->axes();
+    report.duration_s = planner_.time();
+    report.cutting_s = cutting_;
+    report.rapid_s = rapid_;
+    report.pause_s = paused_;
+    report.moves = program_.moves;
+    report.lines = program_.blocks;
+    report.parts = options_.repeat;
+    report.tolerance_um = options_.tolerance_um;
+    if (options_.repeat > 1 && predicted_ > 0) {
+      report.first_good_part = parts_.first_good(options_.tolerance_um);
+      report.warm_up_s = report.first_good_part > 0 ? parts_.start_of(report.first_good_part) : 0.0;
+    }
+    if (path_ || shift_) report.rewritten = fmt::format("{} is the corrected program.", rewritten_);
+    report.next = next_steps();
+    return report;
+  }
+  std::vector<core::NextStep> next_steps() const {
+    const std::string model = shell_word(options_.model), program = shell_word(options_.program),
+                      out = shell_word(options_.out);
+    std::vector<core::NextStep> steps;
+    if (options_.rewrite.empty())
+      steps.push_back({"The program with corrected coordinates:",
+                       fmt::format("thermotwin nc {} {} --rewrite path --out {}", model, program, out)});
+    if (options_.state.empty())
+      steps.push_back({"From the machine as it is, where `compensate --state machine.state` runs beside the control:",
+                       fmt::format("thermotwin nc {} {} --state machine.state --out {}", model, program, out)});
+    if (options_.repeat == 1)
+      steps.push_back({"A series of parts, and how long to warm up before the first good one:",
+                       fmt::format("thermotwin nc {} {} --repeat 20 --pause 60 --out {}", model, program, out)});
+    steps.push_back({"The offsets of a control on the same rows:",
+                     fmt::format("thermotwin compensate {} --in {}/rows.csv --out offsets.csv", model, out)});
+    return steps;
+  }
   void begin_rewrite(const std::filesystem::path& folder) {
     if (options_.rewrite.empty()) return;
     rewritten_ = options_.program.stem().string() + ".corrected" + options_.program.extension().string();
-    original_ = core::read_file(options_.program);
     nc::RewriteOptions rewrite;
     rewrite.tolerance = options_.tolerance_um * units::um;
     rewrite.words = control_.words;
+    program_out_.open(folder / rewritten_, std::ios::binary);
+    nc::ProgramText lines = nc::ProgramText::of_file(options_.program);
     if (options_.rewrite == "shift") {
-      shift_ = std::make_unique<nc::ShiftRewriter>(original_, options_.program.string(), motion_, rewrite);
+      shift_ = std::make_unique<nc::ShiftRewriter>(std::move(lines), options_.program.string(), motion_, rewrite);
       return;
     }
-    program_out_.open(folder / rewritten_, std::ios::binary);
-    path_ = std::make_unique<nc::PathRewriter>(original_, options_.program.string(), motion_, rewrite,
+    path_ = std::make_unique<nc::PathRewriter>(std::move(lines), options_.program.string(), motion_, rewrite,
                                                [this](const std::string& text) { program_out_ << text; });
   }
   void finish_rewrite(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
     if (options_.rewrite.empty()) return;
-    if (shift_) core::write_file(folder / rewritten_, shift_->finish());
-    if (path_) {
-      const bool differs = path_->finish();
-      close(program_out_, rewritten_);
+    if (shift_) shift_->finish([this](const std::string& text) { program_out_ << text; });
+    const bool differs = shift_ || path_->finish();
+    close(program_out_, rewritten_);
+    if (!differs) {
       // Without a displacement loops and subprograms stay as well.
-      if (!differs) core::write_file(folder / rewritten_, original_);
+      program_out_.open(folder / rewritten_, std::ios::binary | std::ios::trunc);
+      program_out_ << std::ifstream(options_.program, std::ios::binary).rdbuf();
+      close(program_out_, rewritten_);
     }
     files.emplace_back(rewritten_);
   }
@@ -396,7 +375,7 @@ private:
       if (path_ && rewrites_) path_->move();
       if (shift_ && rewrites_) shift_->move(move);
       const auto source =
-          rewrites_ && (path_ || shift_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
+          rewrites_ && (path_ || shift_ || along_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
       motion_.elements(move, file_, source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);
@@ -440,7 +419,7 @@ private:
   }
   void take_row(const nc::Row& row) {
     ++row_count_;
-    rows_out_ << nc::row_text(twin_.machine, row);
+    rows_out_ << nc::row_text(twin_.machine, row, clock_);
     load_.add(row);
     if (predictor_) predictor_->row(row);
   }
@@ -449,6 +428,7 @@ private:
     outside_ += move.outside ? 1 : 0;
     operations_.add(move);
     parts_.add(move);
+    if (along_) along_->add(move);
     if (!move.timed->element.rapid) {
       if (largest_um_.size() == 0) largest_um_ = std_um_ = Eigen::VectorXd::Zero(move.offset_um.size());
       for (Eigen::Index i = 0; i < move.offset_um.size(); ++i)
@@ -465,20 +445,22 @@ private:
   const nc::ControlProfile& control_;
   nc::AxisMotion motion_;
   nc::Positions start_, last_, program_travel_;
+  double clock_;  ///< s, of the program's start in rows.csv
   nc::LoadText load_;
   nc::RowBuilder rows_;
   nc::Planner planner_;
   std::unique_ptr<nc::Predictor> predictor_;
-  Operations operations_;
+  std::unique_ptr<Along> along_;
+  nc::Operations operations_;
   nc::ProgramSummary program_;
   std::unique_ptr<nc::PathRewriter> path_;
   std::unique_ptr<nc::ShiftRewriter> shift_;
-  std::string rewritten_, original_, file_;
+  std::string rewritten_, file_;
   nc::MoveState state_;  ///< of the last element
   std::ofstream rows_out_, blocks_out_, program_out_;
   bool tcp_ = false, rewrites_ = true;
   int part_ = 0;
-  Parts parts_;
+  nc::Parts parts_;
   double cutting_ = 0, rapid_ = 0, paused_ = 0;
   long row_count_ = 0, predicted_ = 0, outside_ = 0;
   Eigen::VectorXd largest_um_, std_um_;
@@ -493,14 +475,14 @@ void nc(const NcOptions& options) {
   prediction.validate();
   core::require_within("nc: --tolerance", options.tolerance_um, core::positive);
   core::require_within("nc: --pause", options.pause_s, {0.0, 1e6});
-  const Twin twin = read_twin(options.model);
+  const Twin twin = read_twin(options.model, options.order);
   nc::ControlProfile control = nc::ControlProfile::load(options.control, twin.machine);
   if (!options.tools.empty()) control.tools = nc::read_tool_table(options.tools);
   if (!options.rewrite.empty() && !twin.model)
     throw core::UsageError("nc: --rewrite needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
   if (!std::filesystem::is_regular_file(options.program))
     throw core::InputError(options.program.string(), "cannot be read", "an NC program");
-  Run run(options, twin, control);
+  Run run(options, twin, control, present_machine(options, twin));
   core::write_files_by(options.out, [&](const std::filesystem::path& staged) { return run.write(staged); });
   nlohmann::json json = run.summary();
   json["out"] = options.out.string();

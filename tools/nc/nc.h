@@ -3,6 +3,7 @@
 // `nc`: time, loads, error and rewriting along an NC program.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "tools/options.h"
@@ -16,9 +17,14 @@ struct NcOptions : CommonOptions {
   std::filesystem::path tools, folder;
   std::string start;  ///< pose before the program; empty: home
   double start_C = 20, row_s = 10;
-  std::string rewrite;  ///< empty, "path" or "shift"
+  std::filesystem::path state;           ///< of `compensate --state`; empty: at start_C
+  std::optional<double> after_s;         ///< from the state to the program; none: row_s
+  double step_s = 60;                    ///< of `compensate` that saved the state, as those below
+  double largest_um = 0, rate_um_s = 0;  ///< 0: by the model
+  int order = 0;                         ///< of the model; 0: its own
+  std::string rewrite;                   ///< empty, "path" or "shift"
   double tolerance_um = 0.5;
-  bool no_blocks = false;
+  bool no_blocks = false, no_page = false;
   int repeat = 1;      ///< runs of the program
   double pause_s = 0;  ///< between them
 };

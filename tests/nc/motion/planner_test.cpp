@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace thermotwin::nc {
@@ -23,9 +24,11 @@ Element line(const Positions& from, const Positions& to, double speed) {
   return element;
 }
 
-std::vector<Timed> plan(const std::vector<Element>& elements, int look_ahead) {
+std::vector<Timed> plan(const std::vector<Element>& elements, int look_ahead, double tolerance = 2e-5,
+                        double block_cycle = 0.0, bool overlaps = false) {
   std::vector<Timed> timed;
-  Planner planner({{1.0, 2.0}, {1.0, 2.0}}, 2e-5, look_ahead, [&](const Timed& one) { timed.push_back(one); });
+  Planner planner({{{1.0, 2.0}, {1.0, 2.0}}, tolerance, block_cycle, look_ahead, overlaps},
+                  [&](const Timed& one) { timed.push_back(one); });
   for (const Element& element : elements) planner.push(element);
   planner.finish();
   return timed;
@@ -90,6 +93,47 @@ TEST(Planner, ExactPathStopsAtTheEndsOfMoves) {
   const std::vector<Timed> timed = plan(elements, 10);
   EXPECT_GT(timed[0].v1, 0.05);
   EXPECT_EQ(timed[1].v1, 0.0);
+}
+
+// Short segments of a circle are no faster than the circle: v^2 = a r, whatever the tolerance.
+TEST(Planner, ManySegmentsOfACircleAreAsFastAsTheCircle) {
+  const double radius = 0.002, turn = 0.02;
+  std::vector<Element> elements;
+  for (int i = 0; i < 600; ++i)
+    elements.push_back(line(at(radius * std::cos(turn * i), radius * std::sin(turn * i)),
+                            at(radius * std::cos(turn * (i + 1)), radius * std::sin(turn * (i + 1))), 1.0));
+  const double bend = std::sqrt(2.0 * radius);
+  for (const double tolerance : {1.0, 1e-3}) {
+    const std::vector<Timed> timed = plan(elements, 1000, tolerance);
+    for (std::size_t i = 100; i < 500; ++i) {
+      EXPECT_LE(timed[i].v0, bend * std::sqrt(1.0 / std::cos(std::numbers::pi / 4)) * 1.001);
+      EXPECT_GE(timed[i].v0, 0.95 * bend);
+    }
+  }
+}
+
+// Short sides of a staircase: each from rest to rest with a / 2, half of its time beside the next one.
+TEST(Planner, AControlMayOverlapSharpCorners) {
+  std::vector<Element> stairs;
+  Positions from = at(0, 0);
+  for (int i = 0; i < 60; ++i) {
+    const Positions to = from + (i % 2 == 0 ? at(0.001, 0) : at(0, 0.001));
+    stairs.push_back(line(from, to, 1.0));
+    from = to;
+  }
+  const std::vector<Timed> timed = plan(stairs, 100, 1.0, 0.0, true);
+  for (std::size_t i = 5; i < 55; ++i) EXPECT_NEAR(timed[i].duration(), std::sqrt(0.001 / 1.0), 1e-6);
+  // Without a tolerance they hardly meet: almost the time from rest to rest.
+  const std::vector<Timed> tight = plan(stairs, 100, 1e-9, 0.0, true);
+  EXPECT_NEAR(tight[30].duration(), 2.0 * std::sqrt(0.001 / 1.0), 5e-3);
+}
+
+TEST(Planner, NoElementIsShorterThanTheBlockCycle) {
+  std::vector<Element> pieces;
+  for (int i = 0; i < 200; ++i) pieces.push_back(line(at(1e-5 * i, 0), at(1e-5 * (i + 1), 0), 0.1));
+  const std::vector<Timed> timed = plan(pieces, 500, 2e-5, 2e-3);
+  for (const Timed& one : timed) EXPECT_GE(one.duration(), 2e-3 * (1 - 1e-9));
+  EXPECT_NEAR(timed.back().start + timed.back().duration(), 0.4, 0.01);
 }
 
 // Collinear pieces are as fast as the whole.

@@ -3,6 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "tests/core/temporary_folder.h"
+
 namespace thermotwin::nc {
 namespace {
 
@@ -54,6 +61,27 @@ TEST(ProgramLine, RemovesWordsAndKeepsEnds) {
   EXPECT_EQ(text.raw(2), "G1 X1");
   EXPECT_EQ(ProgramText("").size(), 0U);
   EXPECT_EQ(ProgramText("\n").size(), 1U);
+}
+
+// Lines of a file are those of its text, in any order.
+TEST(ProgramText, AFileIsReadInAnyOrder) {
+  const core::TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 1000; ++i)
+    text += "G1 X" + std::to_string(i) + (i % 3 == 0 ? "\r\n" : i % 7 == 0 ? "\n\n" : "\n");
+  text += "M2";
+  core::write_file(folder / "part.ngc", text);
+  const ProgramText file = ProgramText::of_file(folder / "part.ngc"), whole(text);
+  ASSERT_EQ(file.size(), whole.size());
+  std::string joined;
+  for (std::size_t i = 0; i < file.size(); ++i) joined += file.raw(i);
+  EXPECT_EQ(joined, text);
+  for (const std::size_t i : {std::size_t{900}, std::size_t{3}, std::size_t{64}, std::size_t{63}, file.size() - 1})
+    EXPECT_EQ(file.line(i).text, whole.line(i).text) << i;
+  EXPECT_EQ(file.line(file.size() - 1).text, "M2");
+  std::filesystem::resize_file(folder / "part.ngc", 6);
+  EXPECT_THROW(file.raw(900), core::InputError);
+  EXPECT_THROW(ProgramText::of_file(folder / "none.ngc"), core::InputError);
 }
 
 TEST(ProgramLine, NumbersAreShort) {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Points of the tool's path with the error there: along each predicted move at most 20 mm, 6 deg of an arc and 2 deg of
+// a rotary axis apart. A move gets the thermal state at its end.
+
+#include <functional>
+
+#include "nc/motion/axis_motion.h"
+#include "nc/prediction/prediction.h"
+#include "nc/report/path_points.h"
+
+namespace thermotwin::nc {
+
+class PathSamples {
+public:
+  /// @param motion  must outlive this
+  PathSamples(const AxisMotion& motion, std::function<void(const PathPoint&)> take)
+      : motion_(motion),
+        take_(std::move(take)) {}
+
+  /// @param move  with the source of its element
+  void add(const PredictedMove& move);
+
+private:
+  const AxisMotion& motion_;
+  std::function<void(const PathPoint&)> take_;
+  bool first_ = true;
+  double before_ = 0;  ///< s, end of the move before
+};
+
+}  // namespace thermotwin::nc

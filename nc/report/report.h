@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// report.html of `nc`: what the program takes, where it is off and by how much, what each tool does, which moves are
+// beyond limits, and how a series of parts warms up.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/html_page.h"
+#include "nc/report/beyond_limits.h"
+#include "nc/report/error_over_time.h"
+#include "nc/report/operations.h"
+#include "nc/report/parts.h"
+#include "nc/report/path_points.h"
+
+namespace thermotwin::nc {
+
+struct Report {
+  std::string program, machine;
+  std::string begins;             ///< words for the machine before the program
+  std::vector<std::string> axes;  ///< linear axes with offsets
+  double duration_s = 0, cutting_s = 0, rapid_s = 0, pause_s = 0;
+  long moves = 0, lines = 0;
+  int parts = 1, first_good_part = 0;  ///< 0: a single part
+  double warm_up_s = 0, tolerance_um = 0;
+  std::string rewritten;  ///< words for the corrected program; empty: none
+  std::vector<core::NextStep> next;
+};
+
+/// @return a page of at most 3 MB
+std::string report_page(const Report& report, const PathPoints& path, const ErrorOverTime& errors,
+                        const Operations& operations, const BeyondLimits& beyond, const Parts& parts);
+
+}  // namespace thermotwin::nc
