@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -187,25 +186,6 @@ TEST(OnlineTwin, ADriftingSensorLeavesTheEstimateAsInTheCompensator) {
   EXPECT_LT(both.worst_std, 0.02);
   EXPECT_EQ(both.others, 0);
   expect_same(both.twin.detectability(), both.compensator.detectability());
-}
-
-// Rows 2 s apart, as a control sends them, and digits of 0.1 K: nothing is wrong with the sensors of a machine that is
-// hotter than the model, while the model learns it and follows each start of the spindle late.
-TEST(OnlineTwin, QuickRowsOfAHotterMachineBlameNoSensor) {
-  const test::Truth truth =
-      test::run_truth(perturbed(machine_model().machine, 503, 2.0), machine_model(), 2.0, 1, 4.5 * 3600.0, {});
-  test::Uniform noise(3);
-  for (const double digits : {0.1, 0.01}) {
-    OnlineTwin twin(machine_model());
-    int blamed = 0;
-    for (std::size_t i = 0; i < truth.time.size(); ++i) {
-      VectorXd readings = truth.readings_C[i];
-      for (double& value : readings) value = digits * std::round((value + 0.02 * noise.normal()) / digits);
-      blamed += twin.step(truth.time[i], truth.rows[i], readings).status == Status::sensor_failed;
-    }
-    std::printf("  digits of %g K: sensors left out in %d of %zu rows\n", digits, blamed, truth.time.size());
-    EXPECT_EQ(blamed, 0) << digits << " K";
-  }
 }
 
 TEST(OnlineTwin, AChannelThatNobodyGivesIsLearnedUnderItsName) {
