@@ -44,8 +44,8 @@ void Planner::push(Element element) {
            acceleration = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < fastest.size(); ++i) {
       if (!(fastest[i] > 0.0)) continue;
-      speed = std::min(speed, options_.axes[static_cast<std::size_t>(i)].speed / fastest[i]);
-      acceleration = std::min(acceleration, options_.axes[static_cast<std::size_t>(i)].acceleration / fastest[i]);
+      speed = std::min(speed, options_.axes[i].speed / fastest[i]);
+      acceleration = std::min(acceleration, options_.axes[i].acceleration / fastest[i]);
     }
     if (options_.block_cycle > 0.0) speed = std::min(speed, e.length / options_.block_cycle);
     if (e.angle > 0.0) {

@@ -70,7 +70,7 @@ Predictor::Predictor(const reduction::ReducedModel& model, std::unique_ptr<Prese
     : model_(model),
       present_(std::move(present)),
       cold_(present_ ? nullptr : cold_model(model, options)),
-      online_(present_ ? static_cast<compensation::OnlineModel&>(present_->twin()) : *cold_),
+      online_(present_ ? present_->online() : *cold_),
       zero_(present_ ? present_->start_s() : 0.0),
       field_(model),
       take_(std::move(take)) {

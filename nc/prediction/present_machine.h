@@ -28,7 +28,8 @@ public:
   /// @throws InputError for a file that cannot be read, and a state of another model or saved with other options
   PresentMachine(const reduction::ReducedModel& model, const PresentOptions& options);
 
-  compensation::OnlineTwin& twin() { return twin_; }
+  compensation::OnlineModel& online() { return twin_; }
+  const compensation::OnlineTwin& twin() const { return twin_; }
   double start_s() const { return start_s_; }  ///< of the program, on the clock of the state's rows
   mesh::Pose pose() const { return twin_.pose(); }
 

@@ -24,7 +24,7 @@ void ErrorOverTime::Interval::add(const Interval& other) {
 
 void ErrorOverTime::add(const PathPoint& point) {
   if (point.rapid) return;
-  while (point.time >= width_ * static_cast<double>(most_intervals)) {
+  while (point.time >= width_ * most_intervals) {
     width_ *= 2.0;
     for (std::size_t i = 0; 2 * i < intervals_.size(); ++i) {
       Interval both = intervals_[2 * i];

@@ -76,8 +76,7 @@ std::string Operations::csv(const std::vector<std::string>& axes) const {
     for (std::size_t i = 0; i < axes.size(); ++i) {
       const Eigen::Index k = i;
       text += o.cuts == 0 ? ",,,"
-                          : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / static_cast<double>(o.cuts),
-                                        o.largest_um[k], o.std_um[k]);
+                          : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / o.cuts, o.largest_um[k], o.std_um[k]);
     }
     text += "\n";
   }

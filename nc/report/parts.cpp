@@ -28,8 +28,7 @@ std::string Parts::csv(const std::vector<std::string>& axes) const {
   for (const auto& [number, part] : parts_) {
     text += fmt::format("{},{:.6f},{:.6f}", number + 1, part.start, part.end);
     for (Eigen::Index i = 0; i < part.sum.size(); ++i)
-      text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.sum[i] / static_cast<double>(part.moves), part.low[i],
-                          part.high[i]);
+      text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.sum[i] / part.moves, part.low[i], part.high[i]);
     text += "\n";
   }
   return text;

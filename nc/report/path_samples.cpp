@@ -34,7 +34,7 @@ void PathSamples::add(const PredictedMove& predicted) {
   point.rapid = element.rapid;
   const double start = move.state.tcp ? before_ : predicted.timed->start;
   for (int k = first_ ? 0 : 1; k <= count; ++k) {
-    const double u = static_cast<double>(k) / count;
+    const double u = 1.0 * k / count;
     const Positions positions = k == count ? predicted.end : motion_.positions(AxisMotion::values_at(move, u), move);
     point.place = motion_.tip(positions, move.tool_offset);
     point.error_um =

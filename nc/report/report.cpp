@@ -82,8 +82,7 @@ std::string over_time(const ErrorOverTime& errors, double duration) {
   const TimeUnit unit = unit_for(duration);
   const auto count = std::ssize(filled);
   Eigen::VectorXd time(count);
-  for (Eigen::Index i = 0; i < count; ++i)
-    time[i] = (static_cast<double>(filled[i]) + 0.5) * errors.width() / unit.seconds;
+  for (Eigen::Index i = 0; i < count; ++i) time[i] = (filled[i] + 0.5) * errors.width() / unit.seconds;
   constexpr double height = 120.0, apart = 146.0, top = 8.0;
   core::Axis across{"", false};
   across.include(0.0);
@@ -95,7 +94,7 @@ std::string over_time(const ErrorOverTime& errors, double duration) {
     Eigen::VectorXd mean(count), low(count), high(count), std(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const ErrorOverTime::Interval& interval = errors.intervals()[filled[i]];
-      mean[i] = interval.sum[c] / static_cast<double>(interval.count);
+      mean[i] = interval.sum[c] / interval.count;
       low[i] = interval.low[c];
       high[i] = interval.high[c];
       std[i] = interval.std[c];
@@ -151,7 +150,7 @@ std::string operations_section(const Operations& operations, const Report& repor
         row.insert(row.end(), 3, "");
         continue;
       }
-      row.push_back(fmt::format("{:.2f}", o->sum_um[k] / static_cast<double>(o->cuts)));
+      row.push_back(fmt::format("{:.2f}", o->sum_um[k] / o->cuts));
       row.push_back(fmt::format("{:.2f}", o->largest_um[k]));
       row.push_back(fmt::format("{:.2f}", o->std_um[k]));
     }

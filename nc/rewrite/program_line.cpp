@@ -185,7 +185,7 @@ ProgramText::ProgramText(std::unique_ptr<std::istream> in, std::string name)
   while (in_->read(part.data(), std::ssize(part)), in_->gcount() > 0) {
     for (std::streamsize i = 0; i < in_->gcount(); ++i, ++place) {
       if (begins && size_++ % chunk_lines == 0) begins_.push_back(place);
-      begins = part[static_cast<std::size_t>(i)] == '\n';
+      begins = part[i] == '\n';
     }
   }
 }

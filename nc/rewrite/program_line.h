@@ -67,7 +67,7 @@ private:
   std::string name_;
   std::size_t size_ = 0;
   std::vector<std::streamoff> begins_;  ///< of the chunks
-  mutable std::size_t chunk_ = static_cast<std::size_t>(-1);
+  mutable std::size_t chunk_ = std::string::npos;
   mutable std::vector<std::string> lines_;  ///< of the chunk
 };
 
