@@ -12,6 +12,7 @@
 #include "core/thread_pool.h"
 #include "solver/thermal/iteration.h"
 #include "solver/thermal/system.h"
+#include "solver/thermal/warm_start.h"
 
 namespace thermotwin::solver {
 
@@ -30,7 +31,8 @@ struct ThermalIntegrator::Work : ThermalIteration {
   explicit Work(const ThermalSystem& of_system, const IntegratorOptions& integrator_options)
       : ThermalIteration(of_system),
         system(of_system),
-        options(integrator_options) {}
+        options(integrator_options),
+        warm(integrator_options.recycled) {}
 
   const ThermalSystem& system;
   IntegratorOptions options;
@@ -38,12 +40,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
   bool settled = false;  // neither coefficients nor the step changed in this step
   SideBySide temperature, source, q, ex, kx, imbalance;
   MatrixXd step_mean;  // of the step's stages, if it is kept
-  struct Earlier {
-    SideBySide z, az;       // solution d and A d, what the ones before it had left of them
-    Eigen::ArrayXd weight;  // 1 / |A d|^2; 0: nothing
-  };
-  std::vector<Earlier> earlier;     // of steps with the present coefficients
-  SideBySide given, guessed, left;  // right-hand side, d of the guess, the residual that it leaves
+  WarmStart warm;      // of steps with the present coefficients
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set
   /// of loads that share them, if there are not too many of these; else the mean of all loads.
@@ -100,7 +97,8 @@ struct ThermalIntegrator::Work : ThermalIteration {
   /// factor. @param scale  (loads) size of the terms that make up the residual
   void solve(const VectorXd& scale, bool want_capacity, Statistics& statistics) {
     start(scale, options.tolerance);
-    guess();
+    if (!settled) warm.clear();
+    if (warm.guess(increment, residual)) has_guess();
     bool done = iterate(options.max_iterations, want_capacity);
     count_iterations(statistics);
     if (!done && make_factors(statistics)) {
@@ -109,51 +107,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
       count_iterations(statistics);
     }
     if (!done) require_done(options.max_iterations);
-    remember();
-  }
-
-  /// d := the combination of earlier solutions whose A d is nearest to the right-hand side; the residual follows. The
-  /// A d of all are orthogonal, since each is what the ones before it had left.
-  void guess() {
-    if (options.recycled == 0) return;
-    if (!settled || (!earlier.empty() && earlier.front().z.cols() != residual.cols())) earlier.clear();
-    given = residual;
-    for (const Earlier& one : earlier) {
-      const Eigen::ArrayXd along = dots(residual, one.az) * one.weight;
-      const double *z = one.z.data(), *az = one.az.data(), *factor = along.data();
-      double *d = increment.data(), *r = residual.data();
-      const Index width = residual.cols();
-      over_rows(residual.rows(), [&](Index first, Index last) {
-        for (Index i = first; i < last; ++i) {
-          for (Index k = 0; k < width; ++k) {
-            d[i * width + k] += factor[k] * z[i * width + k];
-            r[i * width + k] -= factor[k] * az[i * width + k];
-          }
-        }
-      });
-    }
-    if (earlier.empty()) return;
-    guessed = increment;
-    left = residual;
-    has_guess();
-  }
-
-  /// Keeps what the iteration has added to the guess; a full store starts anew from the whole solution. What rounding
-  /// spoils is not used.
-  void remember() {
-    if (options.recycled == 0) return;
-    const bool anew = earlier.empty() || std::ssize(earlier) >= options.recycled;
-    const VectorXd size = norms(given);
-    Earlier fresh;
-    if (anew) {
-      fresh = {increment, given - residual, {}};
-      earlier.clear();
-    } else {
-      fresh = {increment - guessed, left - residual, {}};
-    }
-    const Eigen::ArrayXd square = dots(fresh.az, fresh.az);
-    fresh.weight = (square > 1e-14 * size.array().square()).select(square.inverse(), 0.0);
-    earlier.push_back(std::move(fresh));
+    warm.remember(increment, residual);
   }
 
   void count_iterations(Statistics& statistics) {
@@ -321,12 +275,7 @@ void ThermalIntegrator::save(core::BinaryWriter& out) const {
   }
   for (long value : {statistics_.steps, statistics_.factorisations, statistics_.iterations}) out.count(value);
   if (options_.recycled == 0) return;
-  out.count(work.earlier.size());
-  for (const Work::Earlier& one : work.earlier) {
-    out.matrix(one.z);
-    out.matrix(one.az);
-    out.matrix(one.weight.matrix());
-  }
+  work.warm.save(out);
 }
 
 void ThermalIntegrator::load(core::BinaryReader& in) {
@@ -348,12 +297,7 @@ void ThermalIntegrator::load(core::BinaryReader& in) {
   }
   for (long* value : {&statistics_.steps, &statistics_.factorisations, &statistics_.iterations}) *value = in.count();
   if (options_.recycled == 0) return;
-  work.earlier.resize(in.count());
-  for (Work::Earlier& one : work.earlier) {
-    one.z = in.matrix();
-    one.az = in.matrix();
-    one.weight = in.matrix().col(0).array();
-  }
+  work.warm.load(in);
 }
 
 }  // namespace thermotwin::solver
