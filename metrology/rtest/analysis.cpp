@@ -73,7 +73,7 @@ Turning outermost(const RTestRecord& record) {
 /// where the points have one place on the table: it would not be distinguished from C0C and R0T.
 MatrixXd table_shifts(const RTestRecord& record, const RTestCycle& cycle) {
   const auto& branch = record.chain.table;
-  int last = static_cast<int>(std::ssize(branch)) - 1;
+  auto last = std::ssize(branch) - 1;
   while (last >= 0 && !branch[last].rotary) --last;
   if (last < 0) return MatrixXd(3, 0);
   const auto on_table = [&](const RTestPoint& point) {
@@ -190,8 +190,8 @@ CycleResult cycle_result(const RTestRecord& record, const RTestCycle& cycle, con
   const Index errors = std::ssize(record.errors);
   CycleResult result;
   result.time = 0.5 * (cycle.first_time() + cycle.last_time());
-  result.parameters = static_cast<int>(equations.rows.cols());
-  result.rank = result.parameters - static_cast<int>(solution.unobserved.cols());
+  result.parameters = equations.rows.cols();
+  result.rank = result.parameters - solution.unobserved.cols();
   result.degrees_of_freedom = equations.rows.rows() - result.rank;
   result.residual_rms = std::sqrt(solution.sum_of_squares / equations.rows.rows());
   const double variance = record.std * record.std;

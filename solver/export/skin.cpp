@@ -44,7 +44,7 @@ Boundary boundary_of(const mesh::TetMesh& body) {
   }
   if (!boundary.nodes.empty()) boundary.extent = (high - low).maxCoeff();
   std::vector<Index> place(body.nodes(), -1);
-  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) place[boundary.nodes[i]] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) place[boundary.nodes[i]] = i;
   for (Index f = 0; f < body.face_count(); ++f) {
     for (int c = 0; c < 3; ++c) {
       const int a = body.faces(c, f), b = body.faces((c + 1) % 3, f);
@@ -116,7 +116,7 @@ void add_triangles(const mesh::TetMesh& body, const Boundary& boundary, const st
   std::set<std::array<int, 3>> known;
   for (Index f = 0; f < body.face_count(); ++f) {
     std::array<int, 3> corners{};
-    for (int c = 0; c < 3; ++c) corners[c] = static_cast<int>(of_node[body.faces(c, f)]);
+    for (int c = 0; c < 3; ++c) corners[c] = of_node[body.faces(c, f)];
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     if (known.insert(corners).second) triangles.emplace_back(corners[0], corners[1], corners[2]);

@@ -80,11 +80,11 @@ bool WarmStart::guess(SideBySide& d, SideBySide& r) {
   if (most_ == 0) return false;
   if (count_ > 0 && (earlier_.front().z.cols() != r.cols() || earlier_.front().z.rows() != r.rows())) clear();
   std::vector<const SideBySide*> blocks;
-  for (std::size_t j = 0; j < count_; ++j) blocks.push_back(&earlier_[j].az);
+  for (Index j = 0; j < count_; ++j) blocks.push_back(&earlier_[j].az);
   blocks.push_back(&r);
   const ArrayXXd along = products_with(r, blocks);
   squares_ = along.col(count_).matrix();
-  if (count_ == 0 || count_ == static_cast<std::size_t>(most_)) given_ = r;
+  if (count_ == 0 || count_ == most_) given_ = r;
   if (count_ == 0) return false;
   const Index stride = r.cols(), solutions = count_;
   SideBySide factors(solutions, stride);
@@ -120,9 +120,9 @@ bool WarmStart::guess(SideBySide& d, SideBySide& r) {
 
 void WarmStart::remember(const SideBySide& d, const SideBySide& r) {
   if (most_ == 0) return;
-  const bool whole = count_ == 0 || count_ == static_cast<std::size_t>(most_);
+  const bool whole = count_ == 0 || count_ == most_;
   if (whole) clear();
-  if (earlier_.size() <= count_) earlier_.resize(count_ + 1);
+  if (std::ssize(earlier_) <= count_) earlier_.resize(count_ + 1);
   Earlier& fresh = earlier_[count_];
   fresh.z.resize(d.rows(), d.cols());
   fresh.az.resize(r.rows(), r.cols());
@@ -140,9 +140,9 @@ void WarmStart::remember(const SideBySide& d, const SideBySide& r) {
 }
 
 void WarmStart::complete_products() {
-  const Index last = static_cast<Index>(count_) - 1, loads = earlier_[last].az.cols();
+  const Index last = count_ - 1, loads = earlier_[last].az.cols();
   std::vector<const SideBySide*> blocks;
-  for (std::size_t j = 0; j < count_; ++j) blocks.push_back(&earlier_[j].az);
+  for (Index j = 0; j < count_; ++j) blocks.push_back(&earlier_[j].az);
   const ArrayXXd of = products_with(earlier_[last].az, blocks);
   products_.resize(loads);
   for (Index l = 0; l < loads; ++l) {
@@ -154,7 +154,7 @@ void WarmStart::complete_products() {
 
 void WarmStart::save(core::BinaryWriter& out) const {
   out.count(count_);
-  for (std::size_t j = 0; j < count_; ++j) {
+  for (Index j = 0; j < count_; ++j) {
     out.matrix(earlier_[j].z);
     out.matrix(earlier_[j].az);
   }
@@ -165,7 +165,7 @@ void WarmStart::save(core::BinaryWriter& out) const {
 void WarmStart::load(core::BinaryReader& in) {
   count_ = in.count();
   earlier_.resize(std::max<std::size_t>(earlier_.size(), count_));
-  for (std::size_t j = 0; j < count_; ++j) {
+  for (Index j = 0; j < count_; ++j) {
     earlier_[j].z = in.matrix();
     earlier_[j].az = in.matrix();
   }

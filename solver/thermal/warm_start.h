@@ -16,7 +16,7 @@ namespace thermotwin::solver {
 class WarmStart {
 public:
   /// @param most  solutions that are kept; 0: none, and no guess is made
-  explicit WarmStart(int most) : most_(most) {}
+  explicit WarmStart(Eigen::Index most) : most_(most) {}
 
   /// Forgets all, since the matrices change.
   void clear() { count_ = 0; }
@@ -37,8 +37,8 @@ private:
   /// Inner products of the last solution's A z with all, into its row and column.
   void complete_products();
 
-  int most_;
-  std::size_t count_ = 0;
+  Eigen::Index most_;
+  Eigen::Index count_ = 0;
   std::vector<Earlier> earlier_;           // the first count_ of them
   std::vector<Eigen::MatrixXd> products_;  // of each load, (most x most): A z_i times A z_j
   Eigen::VectorXd squares_;                // (loads) |r|^2 of the right-hand sides

@@ -109,7 +109,7 @@ std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) 
 
 std::vector<int> SensorChoice::chosen(const std::vector<int>& greedy) const {
   const std::vector<int> first = exchanged(greedy);
-  std::vector<int> more = this->greedy(static_cast<int>(std::min<Index>(std::ssize(greedy) + 3, places_)), greedy);
+  std::vector<int> more = this->greedy(std::min<Index>(std::ssize(greedy) + 3, places_), greedy);
   while (more.size() > greedy.size()) {
     std::size_t least = 0;
     double left = std::numeric_limits<double>::infinity();
