@@ -9,6 +9,7 @@
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/export/scene_file.h"
+#include "tools/guard_words.h"
 #include "tools/reduced_scene.h"
 
 namespace thermotwin::tools {
@@ -18,16 +19,6 @@ constexpr double details_every_s = 1.0;
 
 /// So that a line stays short.
 double rounded(double value, double parts) { return std::round(value * parts) / parts; }
-
-const char* text_of(compensation::GuardState state) {
-  switch (state) {
-    case compensation::GuardState::following: return "following";
-    case compensation::GuardState::limited: return "limited";
-    case compensation::GuardState::holding: return "holding";
-    case compensation::GuardState::returning: return "returning";
-  }
-  return "";
-}
 
 }  // namespace
 

@@ -104,8 +104,8 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
           core::html_tiles(tiles) + dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
           traces_section(main.traces) +
           tables(rows, full != nullptr ? &of_full : nullptr,
-                 "Columns without % are RMS in µm. Surroundings known: without sensors, with every ambient at the hall "
-                 "temperature. Cut by sensors: share of that residual which the sensors remove.") +
+                 "Columns without % are RMS in µm. Surroundings known: without sensors, with every ambient at the "
+                 "hall temperature. Cut by sensors: share of that residual which the sensors remove.") +
           next_steps(head.options, {more_machines, power_off}));
 }
 

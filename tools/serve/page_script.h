@@ -14,7 +14,8 @@ inline const char* const served_page_script = R"JS(
   const canvas = $("served-chart"), plot = canvas.getContext("2d"), day = 86400;
 
   function drawOffsets() {
-    const ratio = Math.min(2, window.devicePixelRatio || 1), wide = Math.max(300, canvas.clientWidth || 1100), tall = 260;
+    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    const wide = Math.max(300, canvas.clientWidth || 1100), tall = 260;
     canvas.width = wide * ratio; canvas.height = tall * ratio; plot.setTransform(ratio, 0, 0, ratio, 0, 0);
     plot.clearRect(0, 0, wide, tall);
     if (!points.length) return;
@@ -88,10 +89,12 @@ inline const char* const served_page_script = R"JS(
       $("served-failed").textContent = failed.length ? "Left out: " + failed.join(", ") : "No sensor is left out.";
     }
     drawOffsets();
-    document.body.dataset.time = m.time_s; document.body.dataset.moments = Number(document.body.dataset.moments || 0) + 1;
+    document.body.dataset.time = m.time_s;
+    document.body.dataset.moments = Number(document.body.dataset.moments || 0) + 1;
   }
   window.addEventListener("resize", drawOffsets);
-  fetch("/history").then(r => r.json()).then(h => { points = h.points; fields = h.fields; drawOffsets(); drawFields(); })
+  fetch("/history").then(r => r.json()).then(h => {
+      points = h.points; fields = h.fields; drawOffsets(); drawFields(); })
     .catch(() => {}).finally(() => {
       const events = new EventSource("/events");
       events.onmessage = e => { $("served-link").textContent = "live"; show(JSON.parse(e.data)); };

@@ -9,19 +9,10 @@
 #include <utility>
 
 #include "core/missing.h"
+#include "tools/guard_words.h"
 
 namespace thermotwin::tools {
 namespace {
-
-const char* text_of(compensation::GuardState state) {
-  switch (state) {
-    case compensation::GuardState::following: return "following";
-    case compensation::GuardState::limited: return "limited";
-    case compensation::GuardState::holding: return "holding";
-    case compensation::GuardState::returning: return "returning";
-  }
-  return "";
-}
 
 double number(const nlohmann::json& value) { return value.is_number() ? value.get<double>() : core::missing; }
 
