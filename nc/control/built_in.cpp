@@ -83,4 +83,22 @@ word = "M89"
 action = "skip"
 )";
 
+const char* const siemens_profile = R"(schema = 1
+name = "siemens"
+dialect = "siemens"
+[[word]]
+word = "M10"
+action = "skip"
+[[word]]
+word = "M11"
+action = "skip"
+[[word]]
+word = "M40"
+action = "skip"
+[[word]]
+word = "CYCLE800"
+action = "refuse"
+says = "tilts the working plane"
+)";
+
 }  // namespace thermotwin::nc

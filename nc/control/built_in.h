@@ -6,5 +6,6 @@ namespace thermotwin::nc {
 
 extern const char* const linuxcnc_profile;
 extern const char* const fanuc_profile;
+extern const char* const siemens_profile;
 
 }  // namespace thermotwin::nc

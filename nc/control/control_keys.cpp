@@ -17,7 +17,7 @@ const KeyTable word_table{
     "word",
     "A word of the control that LinuxCNC's interpreter does not know, or means otherwise.",
     {
-        key::text("word", required, "Letter and number: G43.4, M428."),
+        key::text("word", required, "Letter and number: G43.4, M428; of Siemens programs also a name: CYCLE832."),
         key::word("action", {"skip", "replace", "tcp_on", "tcp_off", "refuse"}, required,
                   "skip: left out; replace: `by` takes its place; tcp_on, tcp_off: tool centre point control begins or "
                   "ends, with `by` in its place; refuse: the program is refused at its line."),
@@ -53,6 +53,7 @@ const KeyTable tool_table{"tool",
                           "A tool.",
                           {
                               key::whole("number", 1, 99999, required, "Its number, as T calls it."),
+                              key::text("name", Absent{"none"}, "Its name, as T=\"NAME\" calls it."),
                               key::number("length_mm", "mm", any_number, 0.0, "Length offset along Z."),
                               key::number("diameter_mm", "mm", non_negative, 0.0, "Diameter."),
                           }};
@@ -72,6 +73,8 @@ const KeyTable control_file{
     {
         key::schema(),
         key::text("name", Absent{"the file's name"}, "Name in messages."),
+        key::word("dialect", {"rs274", "siemens"}, "rs274",
+                  "Language of the programs: LinuxCNC's, which is near Fanuc's, or that of Sinumerik controls."),
         key::number("arc_radius_tolerance_mm", "mm", non_negative, 0.01,
                     "Largest difference between the radii of an arc at its start and end."),
         key::number("blend_tolerance_mm", "mm", positive, 0.02,

@@ -26,17 +26,35 @@ namespace units = core::units;
 
 namespace {
 
-WordRule read_word(const Node& node) {
-  WordRule rule;
-  const std::string word = node.text("word"), action = node.choice("action");
+/// MSG, CYCLE832, SPOS: a statement with a name.
+bool is_statement(const std::string& word) {
+  const auto letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
+  return word.size() > 1 && letter(word[0]) && letter(word[1]) &&
+         std::all_of(word.begin(), word.end(), [&](unsigned char c) { return letter(c) || std::isdigit(c) != 0; });
+}
+
+void read_word_name(const Node& node, Dialect dialect, WordRule& rule) {
+  const std::string word = node.text("word");
+  if (dialect == Dialect::siemens && is_statement(word)) {
+    rule.name = core::upper(word);
+    return;
+  }
   const auto bad = [&] {
-    return InputError(node.place("word"), "'" + word + "'", "a letter and a number such as G43.4 or M428");
+    return InputError(node.place("word"), "'" + word + "'",
+                      dialect == Dialect::siemens ? "a letter and a number such as M21, or a name such as CYCLE832"
+                                                  : "a letter and a number such as G43.4 or M428");
   };
   if (word.size() < 2 || std::isalpha(static_cast<unsigned char>(word[0])) == 0) throw bad();
   rule.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
   const auto read = std::from_chars(word.data() + 1, word.data() + word.size(), rule.number);
   if (read.ec != std::errc() || read.ptr != word.data() + word.size() || !(rule.number >= 0 && rule.number < 1e5))
     throw bad();
+}
+
+WordRule read_word(const Node& node, Dialect dialect) {
+  WordRule rule;
+  read_word_name(node, dialect, rule);
+  const std::string action = node.choice("action");
   rule.action = action == "skip"      ? WordRule::Action::skip
                 : action == "replace" ? WordRule::Action::replace
                 : action == "tcp_on"  ? WordRule::Action::tcp_on
@@ -107,6 +125,7 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
   root.schema(1);
   ControlProfile profile;
   profile.name = root.text_or("name", fallback);
+  profile.dialect = root.choice_or("dialect", "rs274") == "siemens" ? Dialect::siemens : Dialect::rs274;
   profile.arc_radius_tolerance = root.number("arc_radius_tolerance_mm") * units::mm;
   profile.blend_tolerance = root.number("blend_tolerance_mm") * units::mm;
   profile.block_cycle = root.number("block_cycle_s");
@@ -115,12 +134,13 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
   profile.tool_change = root.number("tool_change_s");
   profile.program_stop = root.number("program_stop_s");
   profile.spindle_start = root.number("spindle_start_s");
-  for (const Node& word : root.tables("word")) profile.words.push_back(read_word(word));
+  for (const Node& word : root.tables("word")) profile.words.push_back(read_word(word, profile.dialect));
   read_axes(root, machine, profile);
   std::set<int> numbers;
   for (const Node& node : root.tables("tool")) {
     Tool tool;
     tool.number = node.integer("number", 1, 99999);
+    tool.name = node.text_or("name", "");
     if (!numbers.insert(tool.number).second)
       throw InputError(node.place("number"), fmt::format("tool {} twice", tool.number), "each tool once");
     tool.offset[2] = node.number("length_mm") * units::mm;
@@ -153,7 +173,15 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
 std::string built_in_profile(const std::string& name) {
   if (name == "linuxcnc") return linuxcnc_profile;
   if (name == "fanuc") return fanuc_profile;
+  if (name == "siemens") return siemens_profile;
   return "";
+}
+
+void ControlProfile::use_table(std::vector<Tool> table) {
+  for (Tool& tool : table)
+    for (const Tool& named : tools)
+      if (named.number == tool.number) tool.name = named.name;
+  tools = std::move(table);
 }
 
 ControlProfile ControlProfile::parse(const std::string& text, const std::string& source, const mesh::Machine& machine) {
@@ -163,7 +191,7 @@ ControlProfile ControlProfile::parse(const std::string& text, const std::string&
 ControlProfile ControlProfile::load(const std::string& name, const mesh::Machine& machine) {
   if (const std::string text = built_in_profile(name); !text.empty()) return parse(text, name, machine);
   if (!std::filesystem::exists(name))
-    throw InputError("--control", "'" + name + "'", "linuxcnc, fanuc or the file of a control profile");
+    throw InputError("--control", "'" + name + "'", "linuxcnc, fanuc, siemens or the file of a control profile");
   return read_profile(core::Config::load(name, &control_keys()), std::filesystem::path(name).stem().string(), machine);
 }
 

@@ -18,10 +18,12 @@ struct WordRule {
   char letter = 'G';
   double number = 0;
   std::string by, with, says;
+  std::string name;  ///< of a statement with a name, of Siemens programs; empty: the letter and number hold
 };
 
 struct Tool {
   int number = 0;
+  std::string name;                        ///< as T="NAME" calls it; empty: none
   Nine offset = Nine::Zero();              ///< m and rad
   double diameter = 0;                     ///< m
   double front_angle = 0, back_angle = 0;  ///< deg, of lathe tools
@@ -39,8 +41,12 @@ struct AxisLimits {
   double speed, acceleration;
 };
 
+/// The language of a program.
+enum class Dialect { rs274, siemens };
+
 struct ControlProfile {
   std::string name;
+  Dialect dialect = Dialect::rs274;
   double arc_radius_tolerance = 0, blend_tolerance = 0;         ///< m
   double block_cycle = 0;                                       ///< s, shortest time of a path element
   bool overlaps_corners = false;                                ///< see planner.h
@@ -52,7 +58,10 @@ struct ControlProfile {
   std::vector<WorkOffset> work_offsets;
   std::vector<AxisLimits> axes;  ///< (axes of the machine)
 
-  /// @param name  "linuxcnc", "fanuc" or a file  @throws InputError (file, line, key)
+  /// Takes the tools of a table instead; those of the profile with the same number keep their names.
+  void use_table(std::vector<Tool> table);
+
+  /// @param name  "linuxcnc", "fanuc", "siemens" or a file  @throws InputError (file, line, key)
   static ControlProfile load(const std::string& name, const mesh::Machine& machine);
   static ControlProfile parse(const std::string& text, const std::string& source, const mesh::Machine& machine);
 };

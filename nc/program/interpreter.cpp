@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fstream>
+#include <optional>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -20,6 +21,8 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/units.h"
+#include "nc/dialect/tcp_marker.h"
+#include "nc/dialect/translated_program.h"
 
 namespace thermotwin::nc {
 
@@ -44,8 +47,8 @@ std::string rule_text(const WordRule& rule) {
   switch (rule.action) {
     case WordRule::Action::skip: return "rule skip" + head;
     case WordRule::Action::replace: return "rule replace" + head + rule.by;
-    case WordRule::Action::tcp_on: return "rule replace" + head + rule.by + "(thermotwin:" + tcp_on_marker + ")";
-    case WordRule::Action::tcp_off: return "rule replace" + head + rule.by + "(thermotwin:" + tcp_off_marker + ")";
+    case WordRule::Action::tcp_on: return "rule replace" + head + rule.by + marker_comment(tcp_on_marker);
+    case WordRule::Action::tcp_off: return "rule replace" + head + rule.by + marker_comment(tcp_off_marker);
     default: return "rule refuse" + head + rule.says;
   }
 }
@@ -61,7 +64,8 @@ std::string job_text(const InterpreterOptions& options, const ControlProfile& co
   for (const Tool& tool : control.tools)
     job += fmt::format("tool {}{} {:.12g} {:.12g} {:.12g} {}\n", tool.number, nine_text(tool.offset),
                        tool.diameter / units::mm, tool.front_angle, tool.back_angle, tool.orientation);
-  for (const WordRule& rule : control.words) job += rule_text(rule) + "\n";
+  for (const WordRule& rule : control.words)
+    if (rule.name.empty()) job += rule_text(rule) + "\n";
   return job;
 }
 
@@ -234,12 +238,14 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
         "nc: this program was built without LinuxCNC's interpreter; install linuxcnc-uspace and linuxcnc-uspace-dev "
         "and build again");
   require_text(options.program);
-  const std::filesystem::path program = std::filesystem::canonical(options.program);
+  std::optional<TranslatedProgram> translated;
+  if (control.dialect == Dialect::siemens) translated.emplace(options.program, control, options.axis_mask);
+  const std::filesystem::path program = translated ? translated->path() : std::filesystem::canonical(options.program);
   if (!options.folder.empty() && !std::filesystem::is_directory(options.folder))
     throw InputError(options.folder.string(), "is no folder",
                      "a folder with the program and its subprograms (--folder)");
   const std::filesystem::path folder =
-      options.folder.empty() ? program.parent_path() : std::filesystem::canonical(options.folder);
+      translated || options.folder.empty() ? program.parent_path() : std::filesystem::canonical(options.folder);
   for (const std::string& path : {program.string(), folder.string()})
     if (path.find('\n') != std::string::npos) throw InputError(path, "a line end in a path", "a path without");
   Child child(helper, folder, job_text(options, control, program, folder));

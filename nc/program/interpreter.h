@@ -31,13 +31,10 @@ struct InterpreterOptions {
   int axis_mask = 0x7;           ///< bit 0: X
 };
 
-/// Comments that begin so are markers of the control profile.
-inline constexpr const char* tcp_on_marker = "tcp on";
-inline constexpr const char* tcp_off_marker = "tcp off";
-
 /// @return the helper's path; empty: the program was built without LinuxCNC's interpreter
 std::filesystem::path find_helper();
 
+/// A program in another dialect than LinuxCNC's runs as its translation; records have its own name and lines.
 /// @param take  receives the records in their order
 /// @throws InputError (file:line) for a program that the interpreter or the profile refuses, or that does not end
 void interpret(const InterpreterOptions& options, const ControlProfile& control,

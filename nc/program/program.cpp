@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/units.h"
+#include "nc/dialect/tcp_marker.h"
 
 namespace thermotwin::nc {
 

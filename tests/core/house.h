@@ -22,7 +22,7 @@ inline const std::vector<Layer> house = {
     {"compensation", {"measurement", "models", "online", "control", "linuxcnc", "evaluation", "chain"}},
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
     {"metrology", {"fit", "budget", "probe", "rtest", "iso230", "plan", "twin"}},
-    {"nc", {"rs274", "control", "program", "motion", "load", "prediction", "rewrite", "report"}},
+    {"nc", {"rs274", "control", "dialect", "program", "motion", "load", "prediction", "rewrite", "report"}},
     {"study", {"plan", "statistics", "units", "variants", "placement"}},
     {"tools", {}}};
 

@@ -15,7 +15,8 @@ void add_nc(CLI::App& app) {
   verb->add_option("MODEL", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
       ->required();
   verb->add_option("PROGRAM", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
-  verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc or a TOML file.")->capture_default_str();
+  verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc, siemens or a TOML file.")
+      ->capture_default_str();
   verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
   verb->add_option("--folder", nc.folder,
                    "Folder below which the program and its subprograms are (default: that of the program).");

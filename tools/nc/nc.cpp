@@ -477,9 +477,12 @@ void nc(const NcOptions& options) {
   core::require_within("nc: --pause", options.pause_s, {0.0, 1e6});
   const Twin twin = read_twin(options.model, options.order);
   nc::ControlProfile control = nc::ControlProfile::load(options.control, twin.machine);
-  if (!options.tools.empty()) control.tools = nc::read_tool_table(options.tools);
+  if (!options.tools.empty()) control.use_table(nc::read_tool_table(options.tools));
   if (!options.rewrite.empty() && !twin.model)
     throw core::UsageError("nc: --rewrite needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
+  if (!options.rewrite.empty() && control.dialect != nc::Dialect::rs274)
+    throw core::UsageError("nc: --rewrite does not write programs of the control '" + control.name +
+                           "'; allowed: control profiles with dialect = \"rs274\"");
   if (!std::filesystem::is_regular_file(options.program))
     throw core::InputError(options.program.string(), "cannot be read", "an NC program");
   Run run(options, twin, control, present_machine(options, twin));

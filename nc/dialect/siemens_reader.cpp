@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/dialect/siemens_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "nc/dialect/tcp_marker.h"
+
+namespace thermotwin::nc {
+
+using core::InputError;
+
+namespace {
+
+constexpr double mm_per_inch = 25.4;
+constexpr std::size_t longest_line = 254;
+
+/// Statements without an effect on the path's geometry as far as `nc` computes it.
+const std::set<std::string, std::less<>>& skipped_keywords() {
+  static const std::set<std::string, std::less<>> names{
+      "STOPRE",   "MSG",     "FFWON",    "FFWOF",      "SOFT",        "BRISK",     "DRIVE",   "COMPOF",   "COMPON",
+      "COMPCURV", "COMPCAD", "COMPSURF", "UPATH",      "SPATH",       "FGROUP",    "FNORM",   "ORIAXES",  "ORIMKS",
+      "ORIWKS",   "OSOF",    "RTLION",   "RTLIOF",     "CFC",         "CFTCP",     "CFIN",    "KONT",     "NORM",
+      "WALIMON",  "WALIMOF", "LFON",     "LFOF",       "SPCON",       "SPCOF",     "SPOS",    "SPOSA",    "DIAMOF",
+      "DYNNORM",  "DYNPOS",  "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",   "DYNPREC",   "ADISPOS", "FIFOCTRL", "STARTFIFO",
+      "PREPRO",   "SETMS",   "CYCLE832", "WORKPIECE",  "GROUP_BEGIN", "GROUP_END", "LIMS",    "CDOF",     "CDON",
+  };
+  return names;
+}
+
+/// G words that LinuxCNC's interpreter reads in the same sense.
+const std::set<int>& same_words() {
+  static const std::set<int> numbers{0, 1, 2, 3, 17, 18, 19, 33, 40, 41, 42, 93, 94, 95, 97};
+  return numbers;
+}
+/// Corner and exact stop conditions of the control.
+const std::set<int>& skipped_words() {
+  static const std::set<int> numbers{62, 290, 450, 451, 460, 461, 462, 601, 602, 603, 621};
+  return numbers;
+}
+
+std::string number_text(double value) {
+  std::string text = fmt::format("{:.7f}", value);
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+int axis_of(const std::string& name) {
+  const auto found = name.size() == 1 ? std::find(letters.begin(), letters.end(), name[0]) : letters.end();
+  return found == letters.end() ? -1 : found - letters.begin();
+}
+
+}  // namespace
+
+SiemensReader::SiemensReader(const ControlProfile& control, int axis_mask, std::string name)
+    : control_(control),
+      mask_(axis_mask),
+      name_(std::move(name)) {}
+
+std::string SiemensReader::translate(std::string_view line, std::size_t number) {
+  place_ = fmt::format("{}:{}", name_, number);
+  const SiemensLine parsed = parse_siemens_line(line, place_);
+  if (parsed.statements.empty()) return "";
+  static const std::set<std::string, std::less<>> frames{"TRANS", "ATRANS", "ROT",    "AROT",   "ROTS",
+                                                         "AROTS", "SCALE",  "ASCALE", "MIRROR", "AMIRROR"};
+  std::string text;
+  if (frames.count(parsed.statements.front().name) > 0) {
+    text = frame(parsed.statements);
+  } else {
+    Block block;
+    for (const SiemensStatement& each : parsed.statements) statement(each, block);
+    text = written(block);
+  }
+  if (text.empty()) return "";
+  if (parsed.skip_mark) text.insert(0, "/");
+  if (text.size() > longest_line)
+    throw InputError(place_, fmt::format("a block of {} characters", text.size()),
+                     fmt::format("blocks of at most {} in LinuxCNC's language", longest_line));
+  return text;
+}
+
+void SiemensReader::statement(const SiemensStatement& statement, Block& block) {
+  if (by_profile(statement, block)) return;
+  const std::string& name = statement.name;
+  if (name == "G") return g_word(statement, block);
+  if (name == "M" || name == "M1") return m_word(statement, block);
+  if (name == "T" || name == "D") return tool(statement, block);
+  if (statement.is_letter() || name == "S1") return letter(statement, block);
+  if (name[0] == 'R' &&
+      std::all_of(name.begin() + 1, name.end(), [](unsigned char c) { return std::isdigit(c) != 0; })) {
+    parameters_[std::stol(name.substr(1, 9))] = plain(statement);
+    return;
+  }
+  keyword(statement, block);
+}
+
+bool SiemensReader::by_profile(const SiemensStatement& statement, Block& block) const {
+  const bool word = statement.is_letter() && !statement.assigned && !statement.value.empty();
+  for (const WordRule& rule : control_.words) {
+    if (!rule.name.empty() ? statement.name != rule.name : !word || statement.name[0] != rule.letter) continue;
+    if (rule.name.empty()) {
+      if (siemens_value(statement.value, parameters_, place_).number != rule.number) continue;
+      // The helper applies rules of letters and numbers.
+      block.words.push_back(statement.name + statement.value);
+      return true;
+    }
+    switch (rule.action) {
+      case WordRule::Action::refuse:
+        refuse(statement, rule.says.empty() ? "a program without it" : "a program without it: it " + rule.says);
+      case WordRule::Action::tcp_on: block.tcp = tcp_on_marker; break;
+      case WordRule::Action::tcp_off: block.tcp = tcp_off_marker; break;
+      default: break;
+    }
+    if (!rule.by.empty()) block.words.push_back(rule.by);
+    return true;
+  }
+  return false;
+}
+
+void SiemensReader::g_word(const SiemensStatement& statement, Block& block) {
+  const int number = whole(statement);
+  if (same_words().count(number) > 0) {
+    block.words.push_back(fmt::format("G{}", number));
+  } else if (number == 4) {
+    block.dwell = true;
+    block.words.emplace_back("G4");
+  } else if (number == 90 || number == 91) {
+    absolute_ = number == 90;
+  } else if (number == 70 || number == 700 || number == 71 || number == 710) {
+    const bool inch = number % 10 == 0;
+    for (int i = 0; i < 9; ++i)
+      if (inch != inch_ && !is_angle(i)) shift_[i] *= inch ? 1.0 / mm_per_inch : mm_per_inch;
+    if (inch != inch_) forget_places();
+    inch_ = inch;
+    block.words.emplace_back(inch ? "G20" : "G21");
+  } else if (skipped_words().count(number) == 0 && !frame_g(number, block) && !path_g(number, block)) {
+    refuse_unknown(statement);
+  }
+}
+
+bool SiemensReader::frame_g(int number, Block& block) {
+  static const std::map<int, const char*> frames{{54, "G54"},  {55, "G55"},  {56, "G56"},    {57, "G57"},
+                                                 {505, "G58"}, {506, "G59"}, {507, "G59.1"}, {508, "G59.2"}};
+  if (number == 53 || number == 153) {
+    block.machine = true;
+    return true;
+  }
+  const auto found = frames.find(number);
+  if (found == frames.end() && number != 500) return false;
+  if (number == 500) {  // none: the last one of LinuxCNC, which is zero
+    for (const WorkOffset& offset : control_.work_offsets)
+      if (offset.number == 9)
+        throw InputError(place_, "G500 beside work offset 9 of the control profile", "work offsets 1 to 8, or no G500");
+  }
+  block.words.emplace_back(number == 500 ? "G59.3" : found->second);
+  forget_places();
+  return true;
+}
+
+bool SiemensReader::path_g(int number, Block& block) {
+  if (number == 9) {
+    exact_stop_once_ = true;
+  } else if (number == 60 || number == 64 || number == 641) {
+    path_ = number;
+  } else if (number >= 642 && number <= 645) {
+    path_ = 64;
+  } else {
+    return false;
+  }
+  block.path_mode = true;
+  return true;
+}
+
+std::string SiemensReader::path_mode() const {
+  if (path_ == 60) return "G61.1";
+  if (path_ == 641) return adis_ > 0 ? "G64 P" + number_text(adis_) : "G61";
+  return "G64";
+}
+
+void SiemensReader::m_word(const SiemensStatement& statement, Block& block) const {
+  const long number = whole(statement);
+  if (number == 6) block.tool_change = true;
+  block.words.push_back(fmt::format("M{}", number == 17 ? 2 : number));
+}
+
+void SiemensReader::tool(const SiemensStatement& statement, Block& block) {
+  if (statement.name == "D") {
+    const long edge = whole(statement);
+    if (edge > 1) refuse(statement, "D0 or D1: a tool of the control profile has one edge");
+    edge_ = edge == 1;
+    block.edge = true;
+    return;
+  }
+  long number = 0;
+  if (!statement.value.empty() && statement.value.front() == '"') {
+    const std::string name = core::upper(statement.value.substr(1, statement.value.size() - 2));
+    std::vector<std::string> names;
+    const Tool* found = nullptr;
+    for (const Tool& each : control_.tools) {
+      if (!each.name.empty()) names.push_back(each.name);
+      if (core::upper(each.name) == name) found = &each;
+    }
+    if (found == nullptr)
+      refuse(statement, "name of a [[tool]] of the control profile" +
+                            (names.empty() ? std::string(", which names none") : ": " + core::join(names)));
+    number = found->number;
+  } else {
+    number = whole(statement);
+  }
+  next_tool_ = number > 0;
+  block.tool = true;
+  block.words.push_back(fmt::format("T{}", number));
+}
+
+void SiemensReader::letter(const SiemensStatement& statement, Block& block) {
+  const char name = statement.name[0];
+  if (const int axis = axis_of(statement.name); axis >= 0) {
+    if (block.axes[axis]) refuse(statement, "each axis once in a block");
+    block.axes[axis] = value(statement);
+  } else if (name == 'I' || name == 'J' || name == 'K') {
+    block.centre[name - 'I'] = value(statement);
+  } else if (name == 'S') {
+    const double speed = plain(statement);
+    if (block.dwell) {  // revolutions
+      if (speed_ <= 0) refuse(statement, "G4 S behind a spindle speed");
+      block.words.push_back("P" + number_text(60.0 * speed / speed_));
+    } else {
+      speed_ = speed;
+      block.words.push_back("S" + number_text(speed));
+    }
+  } else if (name == 'F') {
+    block.words.push_back((block.dwell ? "P" : "F") + number_text(plain(statement)));
+  } else if (name != 'H') {
+    refuse_unknown(statement);
+  }
+}
+
+void SiemensReader::keyword(const SiemensStatement& statement, Block& block) {
+  const std::string& name = statement.name;
+  if (name == "SUPA") {
+    block.machine = true;
+  } else if (name == "CR") {
+    block.words.push_back("R" + number_text(plain(statement)));
+  } else if (name == "TURN") {
+    block.words.push_back(fmt::format("P{}", whole(statement) + 1));
+  } else if (name == "ADIS") {
+    adis_ = plain(statement);
+    block.path_mode = block.path_mode || path_ == 641;
+  } else if (name == "TRAORI") {
+    if (statement.called && core::trimmed(statement.arguments) != "1" && !core::trimmed(statement.arguments).empty())
+      refuse(statement, "TRAORI or TRAORI(1)");
+    block.tcp = tcp_on_marker;
+    forget_places();
+  } else if (name == "TRAFOOF") {
+    block.tcp = tcp_off_marker;
+    forget_places();
+  } else if (name == "RET") {
+    block.words.emplace_back("M2");
+  } else if (skipped_keywords().count(name) == 0) {
+    refuse_unknown(statement);
+  }
+}
+
+std::string SiemensReader::frame(const std::vector<SiemensStatement>& statements) {
+  const SiemensStatement& first = statements.front();
+  const bool moves = first.name == "TRANS" || first.name == "ATRANS";
+  if (!moves && statements.size() > 1)
+    refuse(first, "TRANS, ATRANS, or " + first.name + " alone, which ends all frames");
+  // Without coordinates each of them ends all programmed frames.
+  if (first.name != "ATRANS" || statements.size() == 1) shift_.fill(0.0);
+  for (std::size_t i = 1; i < statements.size(); ++i) {
+    const int axis = axis_of(statements[i].name);
+    if (axis < 0) refuse(statements[i], "coordinates alone behind " + first.name);
+    shift_[axis] += plain(statements[i]);
+  }
+  forget_places();
+  std::string text = "G52";
+  for (int i = 0; i < 9; ++i)
+    if ((mask_ >> i & 1) != 0) text += fmt::format(" {}{}", letters[i], number_text(shift_[i]));
+  return text;
+}
+
+std::string SiemensReader::written(Block& block) {
+  std::string text;
+  const auto add = [&text](const std::string& word) { text += (text.empty() ? "" : " ") + word; };
+  if (!block.tcp.empty()) add(marker_comment(block.tcp));
+  if (exact_stop_once_ && block.path_mode) {
+    add("G61.1");
+  } else if (block.path_mode || exact_stop_once_) {
+    add(path_mode());
+    exact_stop_once_ = false;
+  }
+  for (const std::string& word : block.words) add(word);
+  add_tool_length(block, text);
+  add_centre(block, text);
+  add_axes(block, text);
+  if (!text.empty() && text.front() == ' ') text.erase(0, 1);
+  return text;
+}
+
+void SiemensReader::add_tool_length(const Block& block, std::string& text) {
+  if (block.tool_change) tool_in_ = next_tool_;
+  const bool waits = block.tool && !block.tool_change;  // the edge holds from the change on
+  if (!block.tool_change && (!block.edge || waits)) return;
+  text += text.empty() ? "" : " ";
+  text += edge_ && tool_in_ ? "G43" : "G49";
+  forget_places();
+}
+
+void SiemensReader::add_centre(const Block& block, std::string& text) {
+  int absolute = 0, all = 0;
+  for (const auto& each : block.centre) {
+    all += each ? 1 : 0;
+    absolute += each && each->sense == SiemensSense::absolute ? 1 : 0;
+  }
+  if (all == 0) return;
+  if (absolute != 0 && absolute != all)
+    throw InputError(place_, "a centre with I, J, K of both senses", "all of them with AC(), or none");
+  if ((absolute != 0) != centre_absolute_) {
+    centre_absolute_ = absolute != 0;
+    text += centre_absolute_ ? " G90.1" : " G91.1";
+  }
+  for (int i = 0; i < 3; ++i)
+    if (block.centre[i]) text += fmt::format(" {}{}", "IJK"[i], number_text(block.centre[i]->number));
+}
+
+double SiemensReader::shortest(int axis, const SiemensValue& value) const {
+  if (!is_angle(axis))
+    throw InputError(place_, fmt::format("DC, ACP or ACN of {}", letters[axis]), "rotary axes: A, B, C");
+  if (!at_[axis]) return value.number;
+  const double turns = (*at_[axis] - value.number) / 360.0;
+  const double whole = value.sense == SiemensSense::shortest   ? std::round(turns)
+                       : value.sense == SiemensSense::positive ? std::ceil(turns)
+                                                               : std::floor(turns);
+  return value.number + 360.0 * whole;
+}
+
+void SiemensReader::add_axes(Block& block, std::string& text) {
+  int all = 0, absolute = 0;
+  for (int i = 0; i < 9; ++i) {
+    if (!block.axes[i]) continue;
+    SiemensValue& value = *block.axes[i];
+    if (value.sense == SiemensSense::shortest || value.sense == SiemensSense::positive ||
+        value.sense == SiemensSense::negative)
+      value = {shortest(i, value), SiemensSense::absolute};
+    if (value.sense == SiemensSense::modal)
+      value.sense = absolute_ ? SiemensSense::absolute : SiemensSense::incremental;
+    ++all;
+    absolute += value.sense == SiemensSense::absolute ? 1 : 0;
+  }
+  if (all == 0) return;
+  if (block.machine && edge_ && tool_in_)
+    throw InputError(place_, "machine coordinates with a tool length (SUPA, G53, G153)",
+                     "D0 in this or an earlier block");
+  // All of one sense as they stand; of both senses by the places that are known.
+  const bool as_absolute = absolute == all || (absolute != 0 && absolute_);
+  if (as_absolute != written_absolute_) {
+    text += as_absolute ? " G90" : " G91";
+    written_absolute_ = as_absolute;
+  }
+  if (block.machine) text += " G53";
+  for (int i = 0; i < 9; ++i) {
+    if (!block.axes[i]) continue;
+    const SiemensValue& value = *block.axes[i];
+    const bool is_absolute = value.sense == SiemensSense::absolute;
+    if (is_absolute != as_absolute && !at_[i])
+      throw InputError(place_,
+                       fmt::format("{} with AC or IC beside other coordinates, from an unknown place", letters[i]),
+                       "all coordinates of the block in one sense, or an absolute move of the axis before");
+    const double number = is_absolute == as_absolute ? value.number
+                          : as_absolute              ? *at_[i] + value.number
+                                                     : value.number - *at_[i];
+    text += fmt::format(" {}{}", letters[i], number_text(number));
+    if (block.machine) {
+      at_[i].reset();
+    } else if (is_absolute) {
+      at_[i] = value.number;
+    } else if (at_[i]) {
+      at_[i] = *at_[i] + value.number;
+    }
+  }
+}
+
+void SiemensReader::forget_places() { at_.fill(std::nullopt); }
+
+SiemensValue SiemensReader::value(const SiemensStatement& statement) const {
+  if (statement.value.empty()) refuse(statement, "a number behind " + statement.name);
+  return siemens_value(statement.value, parameters_, place_);
+}
+
+double SiemensReader::plain(const SiemensStatement& statement) const {
+  const SiemensValue read = value(statement);
+  if (read.sense != SiemensSense::modal) refuse(statement, "a number without AC, IC, DC, ACP, ACN");
+  return read.number;
+}
+
+long SiemensReader::whole(const SiemensStatement& statement) const {
+  const double number = plain(statement);
+  if (number < 0 || number > 99999 || number != std::floor(number)) refuse(statement, "a whole number from 0 to 99999");
+  return std::lround(number);
+}
+
+void SiemensReader::refuse(const SiemensStatement& statement, const std::string& allowed) const {
+  throw InputError(place_, "'" + statement.text() + "'", allowed);
+}
+
+void SiemensReader::refuse_unknown(const SiemensStatement& statement) const {
+  const std::string word =
+      statement.name == "G" || statement.name == "M" ? statement.name + statement.value : statement.name;
+  refuse(statement,
+         fmt::format("motion, TRANS, TRAORI; a [[word]] '{}' of the control profile that skips or replaces it", word));
+}
+
+}  // namespace thermotwin::nc

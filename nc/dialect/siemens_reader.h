@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Programs of Sinumerik controls for LinuxCNC's interpreter, line by line: motion (G0 to G3, CR, TURN, AC, IC, DC, ACP,
+// ACN, R parameters), dwells, planes, frames by TRANS, ATRANS and G54 to G59.2 (G505 to G508), tools, spindle, fluid,
+// TRAORI and TRAFOOF. A statement that is neither known nor in the control profile is refused with its line: jumps,
+// loops, cycles, subprograms, ROT, SCALE, MIRROR, tool vectors, splines, polar coordinates.
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nc/control/control_profile.h"
+#include "nc/dialect/siemens_line.h"
+#include "nc/dialect/siemens_value.h"
+
+namespace thermotwin::nc {
+
+class SiemensReader {
+public:
+  /// @param control  words and tools; must outlive the reader
+  /// @param axis_mask  letters of the machine's axes, bit 0: X
+  /// @param name  of the program, for messages
+  SiemensReader(const ControlProfile& control, int axis_mask, std::string name);
+
+  /// @return the line as LinuxCNC's interpreter reads it, without an end; may be empty
+  /// @throws InputError (file:line)
+  std::string translate(std::string_view line, std::size_t number);
+
+private:
+  using Coordinates = std::array<std::optional<SiemensValue>, 9>;
+  /// What a line adds up to before it is written.
+  struct Block {
+    std::vector<std::string> words;
+    Coordinates axes;
+    std::array<std::optional<SiemensValue>, 3> centre;
+    bool dwell = false, machine = false, path_mode = false, tool_change = false, tool = false, edge = false;
+    std::string tcp;  ///< marker
+  };
+
+  void statement(const SiemensStatement& statement, Block& block);
+  bool by_profile(const SiemensStatement& statement, Block& block) const;
+  void g_word(const SiemensStatement& statement, Block& block);
+  bool frame_g(int number, Block& block);
+  bool path_g(int number, Block& block);
+  void m_word(const SiemensStatement& statement, Block& block) const;
+  void letter(const SiemensStatement& statement, Block& block);
+  void keyword(const SiemensStatement& statement, Block& block);
+  void tool(const SiemensStatement& statement, Block& block);
+  std::string frame(const std::vector<SiemensStatement>& statements);
+  std::string written(Block& block);
+  void add_axes(Block& block, std::string& text);
+  void add_centre(const Block& block, std::string& text);
+  void add_tool_length(const Block& block, std::string& text);
+  double shortest(int axis, const SiemensValue& value) const;
+  void forget_places();
+  std::string path_mode() const;
+  SiemensValue value(const SiemensStatement& statement) const;
+  double plain(const SiemensStatement& statement) const;
+  long whole(const SiemensStatement& statement) const;
+  [[noreturn]] void refuse(const SiemensStatement& statement, const std::string& allowed) const;
+  [[noreturn]] void refuse_unknown(const SiemensStatement& statement) const;
+
+  const ControlProfile& control_;
+  int mask_;
+  std::string name_, place_;
+  SiemensParameters parameters_;
+  std::array<std::optional<double>, 9> at_;  ///< programmed places, program units and deg
+  std::array<double, 9> shift_{};            ///< of TRANS and ATRANS, program units and deg
+  bool absolute_ = true, written_absolute_ = true, centre_absolute_ = false, inch_ = false;
+  bool edge_ = true, tool_in_ = false, next_tool_ = false;  ///< D1; a tool in the spindle; one is called
+  int path_ = 0;      ///< 0 as the control starts, 60 exact stop, 64, 641 with adis_
+  double adis_ = 0;   ///< program units
+  double speed_ = 0;  ///< rpm
+  bool exact_stop_once_ = false;
+};
+
+}  // namespace thermotwin::nc
