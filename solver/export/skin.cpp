@@ -1,180 +1,195 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/export/skin.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <set>
+#include <iterator>
+#include <queue>
+#include <tuple>
+#include <utility>
 
 namespace thermotwin::solver {
 namespace {
 
 using Eigen::Index;
+using Eigen::Matrix4d;
 using Eigen::Vector3d;
 
-/// Boundary nodes of a body. A node's sides are a set of bits: along which axes and ways the normals of its triangles
-/// point, so one on a face has one bit, on an edge two, in a corner three.
-struct Boundary {
-  std::vector<int> nodes;
-  std::vector<long> sides;
-  std::vector<std::array<Index, 2>> edges;  ///< between nodes with the same sides, as indices into nodes
-  double extent = 0;                        ///< m, longest side of the body's box
-};
+/// Share of its squared length that an edge costs beside the quadric: on even faces the shortest edges go first.
+constexpr double length_share = 0.01;
+/// Cosine of the largest turn of a triangle's normal in one collapse.
+constexpr double least_turn = 0.3;
+constexpr Index fewest = 8;  ///< vertices of a body
 
-long side_of(const Vector3d& normal) {
-  Index axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  return 1L << (2 * axis + (normal[axis] < 0.0 ? 1 : 0));
-}
-
-Boundary boundary_of(const mesh::TetMesh& body) {
-  std::vector<long> sides(body.nodes(), 0);
-  for (Index f = 0; f < body.face_count(); ++f) {
-    const long side = side_of(body.face_normal(f));
-    for (const int node : body.faces.col(f)) sides[node] |= side;
-  }
-  Boundary boundary;
-  Vector3d low = Vector3d::Constant(1e300), high = -low;
-  for (int n = 0; n < body.nodes(); ++n) {
-    if (sides[n] == 0) continue;
-    boundary.nodes.push_back(n);
-    boundary.sides.push_back(sides[n]);
-    low = low.cwiseMin(body.points.col(n));
-    high = high.cwiseMax(body.points.col(n));
-  }
-  if (!boundary.nodes.empty()) boundary.extent = (high - low).maxCoeff();
-  std::vector<Index> place(body.nodes(), -1);
-  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) place[boundary.nodes[i]] = i;
-  for (Index f = 0; f < body.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const int a = body.faces(c, f), b = body.faces((c + 1) % 3, f);
-      if (a < b && sides[a] == sides[b]) boundary.edges.push_back({place[a], place[b]});
+/// The boundaries of all bodies as one surface whose vertices are taken out.
+class Surface {
+public:
+  explicit Surface(const mesh::MachineMesh& mesh) : left_of_(mesh.bodies.size(), 0) {
+    for (std::size_t b = 0; b < mesh.bodies.size(); ++b) add(mesh.bodies[b], mesh.first_node[b], b);
+    quadrics_.assign(points_.size(), Matrix4d::Zero());
+    stamps_.assign(points_.size(), 0);
+    triangles_of_.resize(points_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const Vector3d normal = normal_of(triangles_[t]).normalized();
+      Eigen::Vector4d plane;
+      plane << normal, -normal.dot(points_[triangles_[t][0]]);
+      const Matrix4d quadric = plane * plane.transpose();
+      for (const int v : triangles_[t]) {
+        quadrics_[v] += quadric;
+        triangles_of_[v].push_back(t);
+      }
     }
   }
-  return boundary;
-}
 
-/// Size of the cells: that of large bodies, and into how many the longest side of a small one is cut at least, so that
-/// it keeps a shape.
-struct Cells {
-  double size, least;
-};
-
-/// Cluster of each boundary node, counted from 0; their number. Nodes of one cluster have the same sides, lie in one
-/// cell and are connected there: two parallel edges or walls in a cell do not become one.
-Index cluster(const mesh::TetMesh& body, const Boundary& boundary, const Cells& cells, std::vector<Index>* clusters) {
-  const double size = std::max(std::min(cells.size, boundary.extent / cells.least), 1e-9);
-  std::vector<std::array<long, 3>> cell;
-  std::vector<Index> parent;  // of trees that are the clusters
-  for (const int node : boundary.nodes) {
-    const Vector3d point = body.points.col(node) / size;
-    cell.push_back({std::lround(point.x()), std::lround(point.y()), std::lround(point.z())});
-    parent.push_back(std::ssize(parent));
-  }
-  const auto root = [&](Index i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& [a, b] : boundary.edges) {
-    if (cell[a] != cell[b]) continue;
-    const Index first = root(a), second = root(b);
-    parent[std::max(first, second)] = std::min(first, second);
-  }
-  Index count = 0;
-  std::vector<Index> number(parent.size(), -1);  // of a root, which comes before the others of its cluster
-  for (Index i = 0; i < std::ssize(parent); ++i) {
-    const Index of = root(i);
-    if (of == i) number[i] = count++;
-    if (clusters != nullptr) clusters->push_back(number[of]);
-  }
-  return count;
-}
-
-/// The node of each cluster that is next to its mean.
-std::vector<int> representatives(const mesh::TetMesh& body, const Boundary& boundary,
-                                 const std::vector<Index>& clusters, Index count) {
-  Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Zero(3, count);
-  Eigen::VectorXd members = Eigen::VectorXd::Zero(count);
-  for (std::size_t i = 0; i < clusters.size(); ++i) {
-    mean.col(clusters[i]) += body.points.col(boundary.nodes[i]);
-    members[clusters[i]] += 1.0;
-  }
-  std::vector<int> nodes(count, -1);
-  std::vector<double> distance(count, 1e300);
-  for (std::size_t i = 0; i < clusters.size(); ++i) {
-    const Index c = clusters[i];
-    const double away = (body.points.col(boundary.nodes[i]) - mean.col(c) / members[c]).squaredNorm();
-    if (away < distance[c]) distance[c] = away, nodes[c] = boundary.nodes[i];
-  }
-  return nodes;
-}
-
-void add_triangles(const mesh::TetMesh& body, const Boundary& boundary, const std::vector<Index>& clusters, Index first,
-                   std::vector<Eigen::Vector3i>& triangles) {
-  std::vector<Index> of_node(body.nodes(), -1);
-  for (std::size_t i = 0; i < clusters.size(); ++i) of_node[boundary.nodes[i]] = first + clusters[i];
-  std::set<std::array<int, 3>> known;
-  for (Index f = 0; f < body.face_count(); ++f) {
-    std::array<int, 3> corners{};
-    for (int c = 0; c < 3; ++c) corners[c] = of_node[body.faces(c, f)];
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-    if (known.insert(corners).second) triangles.emplace_back(corners[0], corners[1], corners[2]);
-  }
-}
-
-/// The finest cells with at most so many vertices; where even the coarsest have more, those.
-Cells cells_for(const mesh::MachineMesh& mesh, const std::vector<Boundary>& boundaries, double extent, Index most) {
-  const auto fits = [&](const Cells& cells) {
-    Index count = 0;
-    for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-      count += cluster(mesh.bodies[b], boundaries[b], cells, nullptr);
-    return count <= most;
-  };
-  for (const double least : {4.0, 2.0, 1.0}) {
-    double fine = 1e-3 * extent, coarse = extent;
-    if (fits({fine, least})) return {fine, least};
-    if (!fits({coarse, least})) continue;
-    while (coarse > 1.03 * fine) {
-      const double middle = std::sqrt(fine * coarse);
-      (fits({middle, least}) ? coarse : fine) = middle;
+  void thin(Index most) {
+    for (std::size_t v = 0; v < points_.size(); ++v) offer(v);
+    while (left_ > most && !queue_.empty()) {
+      const Collapse next = queue_.top();
+      queue_.pop();
+      if (next.stamps != stamps(next.from, next.into) || left_of_[body_[next.from]] <= fewest) continue;
+      if (keeps_shape(next.from, next.into)) collapse(next.from, next.into);
     }
-    return {coarse, least};
   }
-  return {extent, 1.0};
-}
+
+  Skin skin() const {
+    Skin skin;
+    std::vector<int> number(points_.size(), -1);
+    skin.points.resize(3, left_);
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      while (skin.first.size() <= body_[v]) skin.first.push_back(std::ssize(skin.nodes));
+      if (triangles_of_[v].empty()) continue;
+      number[v] = std::ssize(skin.nodes);
+      skin.points.col(number[v]) = points_[v];
+      skin.nodes.push_back(nodes_[v]);
+    }
+    while (skin.first.size() <= left_of_.size()) skin.first.push_back(std::ssize(skin.nodes));
+    std::vector<Eigen::Vector3i> kept;
+    for (const auto& [a, b, c] : triangles_)
+      if (a >= 0) kept.emplace_back(number[a], number[b], number[c]);
+    skin.triangles.resize(3, std::ssize(kept));
+    for (std::size_t t = 0; t < kept.size(); ++t) skin.triangles.col(t) = kept[t];
+    return skin;
+  }
+
+private:
+  using Triangle = std::array<int, 3>;
+  struct Collapse {
+    double cost = 0;
+    int from = 0, into = 0;
+    std::pair<int, int> stamps;
+    /// The cheapest first; equal ones by their vertices, so the order is that of no queue.
+    bool operator<(const Collapse& other) const {
+      return std::tie(other.cost, other.from, other.into) < std::tie(cost, from, into);
+    }
+  };
+
+  void add(const mesh::TetMesh& body, Index first_node, std::size_t b) {
+    std::vector<int> vertex(body.nodes(), -1);
+    for (const int node : body.faces.reshaped()) vertex[node] = 0;
+    for (int n = 0; n < body.nodes(); ++n) {
+      if (vertex[n] < 0) continue;
+      vertex[n] = std::ssize(points_);
+      points_.emplace_back(body.points.col(n));
+      nodes_.push_back(first_node + n);
+      body_.push_back(b);
+      ++left_of_[b];
+    }
+    for (const auto face : body.faces.colwise())
+      triangles_.push_back({vertex[face[0]], vertex[face[1]], vertex[face[2]]});
+    left_ = std::ssize(points_);
+  }
+
+  Vector3d normal_of(const Triangle& t) const {
+    return (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
+  }
+  std::pair<int, int> stamps(int from, int into) const { return {stamps_[from], stamps_[into]}; }
+
+  std::vector<int> neighbours(int v) const {
+    std::vector<int> all;
+    for (const std::size_t t : triangles_of_[v])
+      for (const int other : triangles_[t])
+        if (other != v) all.push_back(other);
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+
+  double cost(int from, int into) const {
+    const Eigen::Vector4d point = points_[into].homogeneous();
+    return std::max(point.dot((quadrics_[from] + quadrics_[into]) * point), 0.0) +
+           length_share * (points_[from] - points_[into]).squaredNorm();
+  }
+
+  /// Both ways of each edge of a vertex.
+  void offer(int v) {
+    for (const int other : neighbours(v)) {
+      queue_.push({cost(v, other), v, other, stamps(v, other)});
+      queue_.push({cost(other, v), other, v, stamps(other, v)});
+    }
+  }
+
+  /// No triangle turns over, and the surface stays one without a crease of its own: the two ends of the edge have the
+  /// tips of its two triangles in common and nothing else.
+  bool keeps_shape(int from, int into) const {
+    Index shared = 0;
+    for (const std::size_t t : triangles_of_[from]) {
+      Triangle triangle = triangles_[t];
+      if (std::find(triangle.begin(), triangle.end(), into) != triangle.end()) {
+        ++shared;
+        continue;
+      }
+      const Vector3d before = normal_of(triangle);
+      std::replace(triangle.begin(), triangle.end(), from, into);
+      const Vector3d after = normal_of(triangle);
+      if (before.dot(after) <= least_turn * before.norm() * after.norm()) return false;
+    }
+    const std::vector<int> one = neighbours(from), other = neighbours(into);
+    std::vector<int> common;
+    std::set_intersection(one.begin(), one.end(), other.begin(), other.end(), std::back_inserter(common));
+    return shared == 2 && std::ssize(common) == 2;
+  }
+
+  void collapse(int from, int into) {
+    for (const std::size_t t : triangles_of_[from]) {
+      Triangle& triangle = triangles_[t];
+      if (std::find(triangle.begin(), triangle.end(), into) != triangle.end()) {
+        for (const int v : triangle)
+          if (v != from) std::erase(triangles_of_[v], t);
+        triangle.fill(-1);
+      } else {
+        std::replace(triangle.begin(), triangle.end(), from, into);
+        triangles_of_[into].push_back(t);
+      }
+    }
+    triangles_of_[from].clear();
+    quadrics_[into] += quadrics_[from];
+    ++stamps_[from];
+    ++stamps_[into];
+    --left_;
+    --left_of_[body_[from]];
+    offer(into);
+  }
+
+  std::vector<Vector3d> points_;
+  std::vector<Index> nodes_;         ///< of the machine mesh
+  std::vector<std::size_t> body_;    ///< of each vertex
+  std::vector<Triangle> triangles_;  ///< -1: gone
+  std::vector<std::vector<std::size_t>> triangles_of_;
+  std::vector<Matrix4d> quadrics_;
+  std::vector<int> stamps_;  ///< change with the vertex: older offers no longer hold
+  std::priority_queue<Collapse> queue_;
+  std::vector<Index> left_of_;  ///< vertices of each body
+  Index left_ = 0;
+};
 
 }  // namespace
 
 Skin make_skin(const mesh::MachineMesh& mesh, Index most) {
-  std::vector<Boundary> boundaries;
-  double extent = 0.0;
-  for (const mesh::TetMesh& body : mesh.bodies) {
-    boundaries.push_back(boundary_of(body));
-    extent = std::max(extent, boundaries.back().extent);
-  }
-  const Cells cells = cells_for(mesh, boundaries, extent, most);
-
-  Skin skin;
-  std::vector<Eigen::Vector3i> triangles;
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    const mesh::TetMesh& body = mesh.bodies[b];
-    std::vector<Index> clusters;
-    const Index count = cluster(body, boundaries[b], cells, &clusters), first = std::ssize(skin.nodes);
-    skin.first.push_back(first);
-    for (const int node : representatives(body, boundaries[b], clusters, count))
-      skin.nodes.push_back(mesh.first_node[b] + node);
-    add_triangles(body, boundaries[b], clusters, first, triangles);
-  }
-  skin.first.push_back(std::ssize(skin.nodes));
-  skin.points.resize(3, std::ssize(skin.nodes));
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    for (Index v = skin.first[b]; v < skin.first[b + 1]; ++v)
-      skin.points.col(v) = mesh.bodies[b].points.col(skin.nodes[v] - mesh.first_node[b]);
-  }
-  skin.triangles.resize(3, std::ssize(triangles));
-  for (std::size_t t = 0; t < triangles.size(); ++t) skin.triangles.col(t) = triangles[t];
-  return skin;
+  Surface surface(mesh);
+  surface.thin(most);
+  return surface.skin();
 }
 
 }  // namespace thermotwin::solver

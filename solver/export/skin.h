@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A coarse picture of the machine's skin: boundary nodes that fall into one cell of a grid become one vertex, the node
-// next to their mean (vertex clustering: Rossignac, Borrel 1993). Each vertex is a node of the mesh, so fields are
-// taken there as they are. Nodes of faces, edges and corners, told by the normals around them, stay apart, and so do
-// nodes without a connection within the cell: thin walls do not close, and edges stay straight and apart.
+// A coarse picture of the machine's skin: boundary nodes are taken out one after the other, each drawn into the
+// neighbour where that moves the surface least (half-edge collapse by error quadrics: Garland, Heckbert 1997). Each
+// vertex is a node of the mesh, so fields are taken there as they are. Edges and corners of the bodies stay; on even
+// faces the nodes thin out uniformly, as fields need them there too.
 
 #include <Eigen/Core>
 
@@ -21,7 +21,7 @@ struct Skin {
   Eigen::Index vertices() const { return points.cols(); }
 };
 
-/// @param most  vertices of all bodies together, about
+/// @param most  vertices of all bodies together; more remain only where a body cannot be told with fewer
 Skin make_skin(const mesh::MachineMesh& mesh, Eigen::Index most);
 
 }  // namespace thermotwin::solver
