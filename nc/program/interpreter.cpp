@@ -200,6 +200,8 @@ void require_text(const std::filesystem::path& path) {
   const std::string text(error.text);
   switch (static_cast<Stop>(error.index)) {
     case Stop::program:
+      if (text.find("not found in the tool table") != std::string::npos)
+        throw InputError(place, text, "tools as [[tool]] of the control profile (--control) or as a table (--tools)");
       throw InputError(place, text, "what LinuxCNC's interpreter and the control profile '" + control.name + "' know");
     case Stop::file:
       throw InputError(place, "the file " + text + " is outside of the folder, or cannot be read",

@@ -3,6 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
 namespace thermotwin::nc {
 
 void Parts::add(const PredictedMove& move) {
@@ -42,6 +47,32 @@ int Parts::first_good(double within_um) const {
     good = part->first + 1;
   }
   return good;
+}
+
+double Parts::drift_ahead() const {
+  constexpr double infinite = std::numeric_limits<double>::infinity(), slowest = 0.95, still_um = 1e-3;
+  const auto count = std::ssize(parts_);
+  if (count < 3) return infinite;
+  const auto mean = [&](Eigen::Index i) { return std::next(parts_.begin(), i)->second.mean(); };
+  const Eigen::Index half = (count - 1) / 2, last = count - 1;
+  const Eigen::ArrayXd before = (mean(last - half) - mean(last - 2 * half)).abs();
+  const Eigen::ArrayXd after = (mean(last) - mean(last - half)).abs();
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < after.size(); ++i) {
+    if (after[i] < still_um) continue;
+    const double ratio = after[i] / before[i];
+    most = std::max(most, ratio < slowest ? after[i] * ratio / (1.0 - ratio) : infinite);
+  }
+  return most;
+}
+
+std::string unsettled_text(double drift_ahead_um, double tolerance_um, const std::string& unit) {
+  const std::string drift =
+      std::isfinite(drift_ahead_um) ? fmt::format("about {:.2g} {}", drift_ahead_um, unit) : "an unknown amount";
+  return fmt::format(
+      "The series has not settled: {} of drift lies ahead of its last part, and the tolerance is {:.3g} "
+      "{}. A series with more parts (--repeat) finds the first good one.",
+      drift, tolerance_um, unit);
 }
 
 }  // namespace thermotwin::nc

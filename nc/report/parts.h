@@ -25,6 +25,10 @@ public:
   std::string csv(const std::vector<std::string>& axes) const;
   /// The first part whose mean offsets, and those of all after it, are within a tolerance of the last part's; from 1.
   int first_good(double within_um) const;
+  /// Drift of the mean offsets that lies ahead behind the last part, um: each half of the series drifts as much less
+  /// than the one before as the second one does here. Infinite where it does not fall by a twentieth at least, and for
+  /// fewer than three parts.
+  double drift_ahead() const;
   /// s, of the first cutting move. @param part  from 1
   double start_of(int part) const { return parts_.at(part - 1).start; }
   const std::map<int, Part>& all() const { return parts_; }  ///< by number, from 0
@@ -32,5 +36,8 @@ public:
 private:
   std::map<int, Part> parts_;
 };
+
+/// Says that a series is too short. @param unit  of both as the reader takes it: um or µm
+std::string unsettled_text(double drift_ahead_um, double tolerance_um, const std::string& unit);
 
 }  // namespace thermotwin::nc

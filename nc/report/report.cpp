@@ -56,6 +56,9 @@ std::string headline(const Report& report, const PathPoints& path, const BeyondL
         fmt::format("The first good part is number {}: its mean offsets and those of all later parts "
                     "lie within {:.3g} µm of the last one's. It begins after {}.",
                     report.first_good_part, report.tolerance_um, time_text(report.warm_up_s)));
+  if (report.parts > 1 && report.drift_ahead_um > report.tolerance_um)
+    sentences.push_back("<span class=\"warning\">" + unsettled_text(report.drift_ahead_um, report.tolerance_um, "µm") +
+                        "</span>");
   if (!report.rewritten.empty()) sentences.push_back(core::html_sentence(report.rewritten));
   if (!beyond.entries().empty())
     sentences.push_back("<span class=\"warning\">Some moves are beyond limits; a table below lists them.</span>");

@@ -22,9 +22,9 @@ struct Report {
   std::vector<std::string> axes;  ///< linear axes with offsets
   double duration_s = 0, cutting_s = 0, rapid_s = 0, pause_s = 0;
   long moves = 0, lines = 0;
-  int parts = 1, first_good_part = 0;  ///< 0: a single part
-  double warm_up_s = 0, tolerance_um = 0;
-  std::string rewritten;  ///< words for the corrected program; empty: none
+  int parts = 1, first_good_part = 0;                          ///< 0: a single part
+  double warm_up_s = 0, tolerance_um = 0, drift_ahead_um = 0;  ///< of a series; see Parts
+  std::string rewritten;                                       ///< words for the corrected program; empty: none
   std::vector<core::NextStep> next;
 };
 

@@ -89,6 +89,7 @@ TEST_F(NcPage, ListsMovesBeyondTheWorkspaceAndTheSeries) {
   EXPECT_SAYS(text, "<td>5 to 6</td>");
   EXPECT_SAYS(text, "Series of parts");
   EXPECT_SAYS(text, "The first good part is number");
+  EXPECT_SAYS(text, "The series has not settled");
   if (browser().empty()) GTEST_SKIP() << "no chromium";
   expect_quiet(opened(page(), "", toy.path()));
 }

@@ -256,6 +256,23 @@ TEST_F(Nc, EveryRowIsAPhase) {
   EXPECT_EQ(rows.rows(), 2);
 }
 
+TEST_F(Nc, AToolWithoutATableIsNamedWithTheRemedy) { EXPECT_SAYS(refused("G21 G90\nT1 M6\nM2\n").err, "[[tool]]"); }
+
+// The same part over and over: a series is settled where little drift lies ahead, and says so where it is not.
+TEST_F(Nc, AShortSeriesIsNotTakenForASettledOne) {
+  toy.write("part.ngc",
+            "G21 G90\nM3 S9000\nG0 Z50\no1 repeat [8]\nG1 X100 F20000\nX-100\no1 endrepeat\nG4 P1500\nM2\n");
+  const auto series = [&](const char* parts, const char* tolerance) {
+    return toy.run({"nc", (toy_run() / "model.rom.h5").string(), toy.file("part.ngc"), "--repeat", parts, "--tolerance",
+                    tolerance, "--row-s", "60"});
+  };
+  EXPECT_SAYS(series("4", "0.5").out, "The series has not settled");
+  const Result long_one = series("40", "0.5");
+  EXPECT_EQ(long_one.out.find("not settled"), std::string::npos) << long_one.out;
+  EXPECT_SAYS(long_one.out, "first part within 0.5 um of the last one: number ");
+  EXPECT_SAYS(read(toy.result("report.html")), "The first good part is number");
+}
+
 TEST_F(Nc, AToolTableReachesTheAxes) {
   toy.write("tools.tbl", "T3 P1 Z+15 D6 ;end mill\n");
   const json summary = loads("G21 G90\nT3 M6\nG43 H3\nG0 Z20\nM2\n", {"--tools", toy.file("tools.tbl")});
@@ -295,6 +312,7 @@ TEST_F(Nc, ASeriesOfPartsWarmsUp) {
   EXPECT_GT(good, 0) << "the first part is as good as the last one";
   EXPECT_LT(good, 5);
   EXPECT_EQ(summary["first_good_part"], good + 1);
+  EXPECT_EQ(summary["settled"], true) << summary["drift_ahead_um"];
   EXPECT_NEAR(summary["warm_up_s"].get<double>(), parts.column("start_s")[good], 1e-5);
 }
 

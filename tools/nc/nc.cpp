@@ -235,6 +235,9 @@ public:
         const int good = parts_.first_good(options_.tolerance_um);
         json["first_good_part"] = good;
         json["warm_up_s"] = good > 0 ? parts_.start_of(good) : 0.0;
+        const double ahead = parts_.drift_ahead();
+        json["settled"] = ahead <= options_.tolerance_um;
+        json["drift_ahead_um"] = std::isfinite(ahead) ? nlohmann::json(ahead) : nlohmann::json();
       }
     }
     if (path_ || shift_) {
@@ -263,6 +266,13 @@ public:
       const nc::RewriteSummary& rewrite = path_ ? path_->summary() : shift_->summary();
       text += fmt::format("\n{}: {} of {} lines changed, {} lines; largest displacement {:.2f} um", rewritten_,
                           rewrite.changed, rewrite.lines_before, rewrite.lines_after, rewrite.largest_um);
+    }
+    if (options_.repeat > 1 && predicted_ > 0) {
+      const int good = parts_.first_good(options_.tolerance_um);
+      text += fmt::format("\nfirst part within {:.3g} um of the last one: number {}, after {:.0f} s",
+                          options_.tolerance_um, good, parts_.start_of(good));
+      if (const double ahead = parts_.drift_ahead(); ahead > options_.tolerance_um)
+        text += "\n" + nc::unsettled_text(ahead, options_.tolerance_um, "um");
     }
     if (outside_ > 0)
       text += fmt::format("\n{} of {} moves end outside of the model's workspace", outside_, predicted_);
@@ -295,6 +305,7 @@ private:
     if (options_.repeat > 1 && predicted_ > 0) {
       report.first_good_part = parts_.first_good(options_.tolerance_um);
       report.warm_up_s = report.first_good_part > 0 ? parts_.start_of(report.first_good_part) : 0.0;
+      report.drift_ahead_um = parts_.drift_ahead();
     }
     if (path_ || shift_) report.rewritten = fmt::format("{} is the corrected program.", rewritten_);
     report.next = next_steps();
