@@ -14,6 +14,7 @@ static const double leap_factor = 12.0, scatter = 4.0, turning = 3.5, moved = 5.
 static const double unsure_factor = 3.0; /* deviations of how fast an expected reading changes */
 static const double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
 static const double confirm_s = 30.0;              /* that a leap has to stay */
+static const double outlast_s = 150.0;             /* the same beside quick rows, behind a jump of an input */
 static const double quick_s = 30.0, late_s = 90.0; /* how late the expected reading follows rows that come quicker */
 static const double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12,
                     lifeless_s = 300.0;     /* of one that scatters */
@@ -46,6 +47,7 @@ void tt_monitor_start(tt_monitor* monitor) {
   for (int s = 0; s < monitor->sensors; ++s) {
     monitor->watched[s].trusted = 1;
     monitor->watched[s].leapt_at = monitor->watched[s].agreed_since = -1.0;
+    monitor->watched[s].inputs_leapt_at = -1e18;
   }
 }
 
@@ -182,8 +184,11 @@ static int is_noisy(tt_watched* w, const judged* now) {
   return bends >= 3 && 4 * bends >= w->recent_count;
 }
 
-static void name_fault(tt_watched* w, double time, int apart, int stuck, int noisy) {
-  const int stays = apart && w->leapt_at < time && time - w->leapt_at >= confirm_s;
+static void name_fault(tt_watched* w, const judged* now, int apart, int stuck, int noisy) {
+  const double time = now->time;
+  /* The expected reading may follow late: what leapt with the inputs waits for it. */
+  const int follows = now->interval < quick_s && w->leapt_at - w->inputs_leapt_at <= late_s;
+  const int stays = apart && w->leapt_at < time && time - w->leapt_at >= (follows ? outlast_s : confirm_s);
   const int suspect = stuck || noisy || apart;
   if (suspect)
     w->agreed_since = -1.0;
@@ -204,6 +209,7 @@ static void name_fault(tt_watched* w, double time, int apart, int stuck, int noi
 
 static void judge(tt_watched* w, judged* now) {
   now->interval = w->known ? now->time - w->seen_at : 0.0;
+  if (now->inputs_leapt) w->inputs_leapt_at = now->time;
   arrive(w, now);
   const double share = -tt_expm1(-now->interval / tt_max(memory_s, 4.0 * now->interval));
   w->expected_memory += share * (now->expected - w->expected_memory);
@@ -213,7 +219,7 @@ static void judge(tt_watched* w, judged* now) {
   now->unknown = (now->inputs_leapt ? now->step : 0.0) + now->unsure;
   now->difference = now->reading - now->expected - w->usual;
   const int apart = stands_apart(w, now), stuck = is_stuck(w, now), noisy = is_noisy(w, now);
-  name_fault(w, now->time, apart, stuck, noisy);
+  name_fault(w, now, apart, stuck, noisy);
   if (w->trusted) w->usual += share * now->difference;
   w->seen_at = now->time;
   w->last_reading = now->reading;

@@ -25,7 +25,7 @@ typedef struct tt_watched {
   double same_value, same_expected, same_unsure, same_learnt, same_since;
   double readings, repeats; /* in runs that have ended: how often readings repeat by chance */
   double smallest_step;     /* of the reading's digits, where it has coarse ones */
-  double leapt_at, leap, agreed_since;
+  double leapt_at, leap, agreed_since, inputs_leapt_at;
   double turns[tt_turns]; /* K, the last second differences of reading - expected while readings moved */
   tt_recent_sample recent[tt_recent];
   int32_t far[tt_recent]; /* of the recent samples */

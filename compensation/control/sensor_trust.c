@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compensation/control/sensor_trust.h"
 
+#include <math.h>
+
 #include "compensation/control/scalars.h"
 
 void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* std, tt_arena* arena) {
@@ -24,11 +26,20 @@ int tt_trusted(const tt_trust* trust, int sensor) {
   return trust->monitor.watched[sensor].trusted && !trust->drift.drifts[sensor];
 }
 
+/* Whether a reading is what degF makes of the expected one. */
+static int reads_fahrenheit(const tt_trust* trust, int s) {
+  const tt_watched* w = &trust->monitor.watched[s];
+  const double reference_C = trust->check.model->reference_C;
+  const double value_C = w->last_reading + reference_C, expected_C = w->last_expected + w->usual + reference_C;
+  return trust->check.fahrenheit_like[s] &&
+         fabs((value_C - 32.0) / 1.8 - expected_C) < 0.25 * fabs(value_C - expected_C);
+}
+
 /* Why a sensor is left out. */
 static int fault_of(const tt_trust* trust, int s) {
   const int fault = trust->monitor.watched[s].fault;
   if (trust->check.sensor_fault[s] != TT_SENSOR_FINE) return trust->check.sensor_fault[s];
-  if (fault == TT_SENSOR_OFFSET && trust->check.fahrenheit_like[s]) return TT_SENSOR_FAHRENHEIT;
+  if (fault == TT_SENSOR_OFFSET && reads_fahrenheit(trust, s)) return TT_SENSOR_FAHRENHEIT;
   if (fault != TT_SENSOR_FINE) return fault;
   return trust->drift.drifts[s] ? TT_SENSOR_DRIFT : TT_SENSOR_FINE;
 }

@@ -19,6 +19,7 @@ constexpr double leap_factor = 12.0, scatter = 4.0, turning = 3.5, moved = 5.0, 
 constexpr double unsure_factor = 3.0;  ///< deviations of how fast an expected reading changes
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
 constexpr double confirm_s = 30.0;               ///< that a leap has to stay
+constexpr double outlast_s = 150.0;              ///< the same beside quick rows, behind a jump of an input
 constexpr double quick_s = 30.0, late_s = 90.0;  ///< how late the expected reading follows rows that come quicker
 constexpr double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12,
                  lifeless_s = 300.0;      ///< of one that scatters
@@ -202,8 +203,11 @@ bool SensorMonitor::Sensor::is_noisy(const Judged& now) {
   return bends >= 3 && 4 * bends >= std::ssize(recent);
 }
 
-void SensorMonitor::Sensor::name_fault(double time, bool apart, bool stuck, bool noisy) {
-  const bool stays = apart && leapt_at < time && time - leapt_at >= confirm_s;
+void SensorMonitor::Sensor::name_fault(const Judged& now, bool apart, bool stuck, bool noisy) {
+  const double time = now.row.time;
+  // The expected reading may follow late: what leapt with the inputs waits for it.
+  const bool follows = now.interval < quick_s && leapt_at - inputs_leapt_at <= late_s;
+  const bool stays = apart && leapt_at < time && time - leapt_at >= (follows ? outlast_s : confirm_s);
   const bool suspect = stuck || noisy || apart;
   if (suspect)
     agreed_since = -1.0;
@@ -224,6 +228,7 @@ void SensorMonitor::Sensor::name_fault(double time, bool apart, bool stuck, bool
 
 void SensorMonitor::Sensor::judge(double deviation, double reading, const Row& row) {
   const double interval = known ? row.time - seen_at : 0.0;
+  if (row.inputs_leapt) inputs_leapt_at = row.time;
   arrive(deviation, reading, row);
   const double share = 1.0 - std::exp(-interval / std::max(memory_s, 4.0 * interval));
   expected_memory += share * (row.expected - expected_memory);
@@ -232,7 +237,7 @@ void SensorMonitor::Sensor::judge(double deviation, double reading, const Row& r
   const double unknown = (row.inputs_leapt ? step : 0.0) + unsure;
   const Judged now{row, deviation, reading, interval, reading - row.expected - usual, step, unsure, unknown};
   const bool apart = stands_apart(now), stuck = is_stuck(now), noisy = is_noisy(now);
-  name_fault(row.time, apart, stuck, noisy);
+  name_fault(now, apart, stuck, noisy);
   if (trusted) usual += share * now.difference;
   seen_at = row.time;
   last_reading = reading;

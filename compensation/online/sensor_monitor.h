@@ -9,7 +9,8 @@
 //   its own scatter allows by chance (1e-12). Readings of a simulation, or of a filter, hardly scatter and may repeat
 //   as long as the machine stands still. Expected readings follow quick rows (less than 30 s apart) up to 90 s late;
 //   what they do until then does not count;
-// - offset: the reading, and its difference from the expected one, jump by more than 12 sigma and stay there, or the
+// - offset: the reading, and its difference from the expected one, jump by more than 12 sigma and stay there for 30 s
+//   (150 s behind a jump of an input beside quick rows, which the expected reading follows late), or the
 //   difference exceeds 1 K from the start and is far larger than that of the other sensors;
 // - noise: second differences of the reading, and of its difference from the expected one, beyond 3.5 of their standard
 //   deviations in quick succession.
@@ -51,6 +52,9 @@ public:
   /// @return whether the last reading may correct the model
   bool trusted(Eigen::Index sensor) const { return sensors_[sensor].trusted; }
   SensorFault fault(Eigen::Index sensor) const { return sensors_[sensor].fault; }
+  double last_reading_K(Eigen::Index sensor) const { return sensors_[sensor].last_reading; }
+  /// What the last reading should have been, with what the sensor usually differs by.
+  double last_expected_K(Eigen::Index sensor) const { return sensors_[sensor].last_expected + sensors_[sensor].usual; }
 
 private:
   struct Sample {
@@ -89,7 +93,7 @@ private:
     double smallest_step = 0;          ///< of the reading's digits, where it has coarse ones
     std::array<double, 63> turns{};    ///< K, the last second differences of reading - expected while readings moved
     std::size_t turn_count = 0;
-    double leapt_at = -1, leap = 0, agreed_since = -1;  ///< s; K; s
+    double leapt_at = -1, leap = 0, agreed_since = -1, inputs_leapt_at = -1e18;  ///< s; K; s; s
     std::deque<Sample> recent;
 
     void judge(double deviation, double reading, const Row& row);
@@ -101,7 +105,7 @@ private:
     double scatter_K() const;
     bool is_stuck(const Judged& now);
     bool is_noisy(const Judged& now);
-    void name_fault(double time, bool apart, bool stuck, bool noisy);
+    void name_fault(const Judged& now, bool apart, bool stuck, bool noisy);
   };
 
   Eigen::VectorXd deviation_;

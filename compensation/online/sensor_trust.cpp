@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace thermotwin::compensation {
 namespace {
@@ -73,11 +74,18 @@ void SensorTrust::watch_drift(double time, ErrorModel& errors) {
   }
 }
 
+/// Whether a reading is what degF makes of the expected one.
+bool SensorTrust::reads_fahrenheit(Index s) const {
+  const double value_C = monitor_.last_reading_K(s) + machine_.reference_C,
+               expected_C = monitor_.last_expected_K(s) + machine_.reference_C;
+  return check_.looks_fahrenheit(s) &&
+         std::abs((value_C - 32.0) / 1.8 - expected_C) < 0.25 * std::abs(value_C - expected_C);
+}
+
 /// Why a sensor is left out; nullptr: it is not.
 const char* SensorTrust::fault_of(Index s) const {
   if (check_.sensor(s) != ReadingFault::none) return fault_text(check_.sensor(s));
-  if (monitor_.fault(s) == SensorFault::offset && check_.looks_fahrenheit(s))
-    return fault_text(ReadingFault::fahrenheit);
+  if (monitor_.fault(s) == SensorFault::offset && reads_fahrenheit(s)) return fault_text(ReadingFault::fahrenheit);
   if (monitor_.fault(s) != SensorFault::none) return fault_text(monitor_.fault(s));
   return drift_.drifts(s) ? "drift" : nullptr;
 }

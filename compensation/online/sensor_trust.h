@@ -46,6 +46,7 @@ public:
   const std::string& failed_inputs() const { return failed_inputs_; }
 
 private:
+  bool reads_fahrenheit(Eigen::Index sensor) const;
   const char* fault_of(Eigen::Index sensor) const;
   void name_sensors();
 

@@ -380,6 +380,23 @@ TEST(Compensator, TemperaturesThatCannotBeDoNotEnter) {
   EXPECT_EQ(hot.step(0.0, row, one).failed_sensors.find("fahrenheit"), std::string::npos);
 }
 
+// A jump on a hot machine lies near the surroundings when taken as degF; degF of what is expected is another thing.
+TEST(Compensator, AJumpOnAHotMachineIsAnOffset) {
+  const auto sensors = std::ssize(nominal().machine.sensors);
+  const VectorXd row = Compensator(nominal()).channels().defaults();
+  const std::string id = nominal().machine.sensors[1].id;
+  const auto fault_after = [&](double usual_C, double jump_C) {
+    Compensator compensator(nominal());
+    VectorXd readings = VectorXd::Constant(sensors, usual_C);
+    for (int i = 0; i < 5; ++i) compensator.step(60.0 * i, row, readings);
+    readings[1] = jump_C;
+    for (int i = 5; i < 8; ++i) compensator.step(60.0 * i, row, readings);
+    return compensator.step(480.0, row, readings).failed_sensors;
+  };
+  EXPECT_NE(fault_after(45.0, 53.0).find(id + "=offset"), std::string::npos);
+  EXPECT_NE(fault_after(20.0, 68.0).find(id + "=fahrenheit"), std::string::npos);
+}
+
 TEST(Compensator, AnInputInKelvinIsMissingAndNamed) {
   Compensator compensator(nominal()), without(nominal());
   VectorXd row = compensator.channels().defaults();

@@ -171,6 +171,28 @@ TEST(SensorMonitor, ExpectedReadingsThatLearnOrFollowLateBlameNoSensor) {
 }
 
 // Readings of coarse digits repeat in quick rows; that is no sign that one is stuck still.
+// A sensor beside a fast spindle, in rows of 10 s: the reading runs ahead of what is expected for 100 s. The same
+// course without a change of the inputs is a fault.
+TEST(SensorMonitor, AReadingThatRunsAheadBehindAJumpOfAnInputIsNoFault) {
+  for (const bool inputs_leapt : {true, false}) {
+    SensorMonitor monitor(VectorXd::Constant(1, 0.03));
+    const auto warm = [](double t) { return 25.0 * (1.0 - std::exp(-std::max(t, 0.0) / 180.0)); };
+    double named_at = -1.0;
+    for (double t = -600.0; t <= 3600.0; t += 10.0) {
+      const VectorXd reading = VectorXd::Constant(1, warm(t)),
+                     expected = VectorXd::Constant(1, t < 100.0 ? 0.0 : warm(t));
+      monitor.judge(t, reading, expected, inputs_leapt && t == 0.0);
+      if (named_at < 0.0 && monitor.fault(0) != SensorFault::none) named_at = t;
+    }
+    if (inputs_leapt) {
+      EXPECT_EQ(named_at, -1.0);
+    } else {
+      EXPECT_GT(named_at, 0.0);
+      EXPECT_LE(named_at, 100.0);
+    }
+  }
+}
+
 TEST(SensorMonitor, AStuckSensorThatMovesAgainComesBack) {
   for (const double row_s : {1.0, 60.0}) {
     SensorMonitor monitor(VectorXd::Constant(1, sigma));
