@@ -165,13 +165,15 @@ void write_surface(const fs::path& folder, const mesh::Machine& machine, const P
   points.source = "points.csv";
   points.columns = {"time_s", "cycle", "x_mm", "y_mm", "height_um"};
   points.values.resize(run.surface.size(), 5);
+  constexpr double apart = 1e-3;  // s, between two points: a table has rising times
+  const auto last = static_cast<double>(run.surface.cols() - 1);
   NormalDraws normal(seed + 3);
   Index row = 0;
   for (Index c = 0; c < run.surface.rows(); ++c) {
     for (Index i = 0; i < run.surface.cols(); ++i) {
-      points.values.row(row++) << run.middle[static_cast<std::size_t>(c)], static_cast<double>(c + 1),
-          run.surface_at(i, 0) / units::mm, run.surface_at(i, 1) / units::mm,
-          (run.surface(c, i) + std * normal()) / units::um;
+      const double time = run.middle[static_cast<std::size_t>(c)] + apart * (static_cast<double>(i) - 0.5 * last);
+      points.values.row(row++) << time, static_cast<double>(c + 1), run.surface_at(i, 0) / units::mm,
+          run.surface_at(i, 1) / units::mm, (run.surface(c, i) + std * normal()) / units::um;
     }
   }
   const std::string text = fmt::format(

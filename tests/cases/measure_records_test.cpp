@@ -45,7 +45,7 @@ constexpr const char* grid_head = "schema = 1\nchain = \"V [w C' B' b Y X Z (C1)
 /// shifts by 30 um in x and tilts by 400 um/m about x, X grows by 100 um/m, Y by -50 um/m, X is out of square to
 /// Y by 500 um/m, Z to X by -200 um/m, and the X slide pitches by 300 um/m a metre. On a cycle of 270 s lies a drift of
 /// 9 um in z.
-std::string grid_points(const std::function<std::string(int, int, std::string)>& change) {
+std::string grid_points(const std::function<std::string(int, int, const std::string&)>& change) {
   std::string text = "time_s,cycle,X_mm,Y_mm,Z_mm,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
   for (int cycle = 0; cycle < 3; ++cycle) {
     for (int i = 0; i < 28; ++i) {
@@ -65,7 +65,7 @@ std::string grid_points(const std::function<std::string(int, int, std::string)>&
   return text;
 }
 
-std::string as_it_is(int, int, std::string row) { return row; }
+std::string as_it_is(int, int, const std::string& row) { return row; }
 
 TEST(MeasureRecords, GridErrorsComeBack) {
   const Toy toy;
@@ -106,11 +106,11 @@ TEST(MeasureRecords, AResidualTellsOfOtherErrors) {
 TEST(MeasureRecords, GridSlipsLeaveNothingBehind) {
   const Toy toy;
   toy.write("grid/grid.toml", grid_head);
-  toy.write("grid/points.csv", grid_points([](int cycle, int i, std::string row) {
+  toy.write("grid/points.csv", grid_points([](int cycle, int i, const std::string& row) {
               return cycle == 1 && i == 5 ? row.substr(0, row.rfind(',') + 1) : row;
             }));
   expect_refused(toy, "grid", {"points.csv:35", "dz_um", "a missing point", "leave out the row"});
-  toy.write("grid/points.csv", grid_points([](int cycle, int i, std::string row) {
+  toy.write("grid/points.csv", grid_points([](int cycle, int i, const std::string& row) {
               return cycle == 1 && i == 5 ? "7" + row.substr(row.find(',')) : row;
             }));
   expect_refused(toy, "grid", {"points.csv:35", "time_s"});
@@ -251,7 +251,7 @@ TEST(MeasureRecords, SurfaceSlipsLeaveNothingBehind) {
 void plan_and_simulate(const Toy& toy, const std::string& kind, const std::vector<std::string>& planned,
                        const std::vector<std::string>& simulated, const std::string& out) {
   std::vector<std::string> words{"measure",        "plan",    kind,        "--case", toy.path(),    "--out",
-                                 toy.file("plan"), "--quiet", "--warm-up", "0.5",    "--cool-down", "0",
+                                 toy.file("plan"), "--quiet", "--warm-up", "0.34",   "--cool-down", "0",
                                  "--interval",     "10"};
   words.insert(words.end(), planned.begin(), planned.end());
   const Result plan = thermotwin(words);
@@ -300,7 +300,7 @@ TEST(MeasureRecords, SimulatedMandrelAndSurface) {
   }
   EXPECT_GT(std::abs(value_of(mandrel, "dz")), 1.0);
   const json surface = analyse(toy, "record/surface");
-  EXPECT_EQ(surface["cycles"].size(), 4u);
+  EXPECT_EQ(surface["cycles"].size(), 3u);
 }
 
 TEST(MeasureRecords, TheSimulatedSurfaceIsThatOfTheTable) {

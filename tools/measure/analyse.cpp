@@ -202,6 +202,8 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   std::string text = text_of(analysis) + residual_words(analysis, record.std);
   if (record.drift && !analysis.cycles.back().drift_estimated)
     text += "no cycle repeats a point: drift during a cycle is not corrected\n";
+  if (!grid && channels == "errors")
+    text += "the location errors have the tool's motion in them: a diagnosis with a machine needs --channels points\n";
   write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
                   over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
 }
