@@ -146,20 +146,22 @@ std::string text_of(const Estimates& estimates) {
   return text;
 }
 
-/// A residual far above the stated uncertainty comes from errors that are not estimated.
+/// A residual of all cycles far above the stated uncertainty comes from errors that are not estimated.
 std::string residual_words(const Estimates& estimates, double std) {
   constexpr double suspicious = 2.0;
   constexpr Eigen::Index enough = 5;
-  double largest = 0.0;
+  double squares = 0.0;
+  Eigen::Index degrees = 0;
   for (const CycleResult& cycle : estimates.cycles) {
-    if (cycle.degrees_of_freedom < enough) continue;
-    largest = std::max(largest, cycle.residual.norm() / std::sqrt(static_cast<double>(cycle.degrees_of_freedom)));
+    squares += cycle.residual.squaredNorm();
+    degrees += cycle.degrees_of_freedom;
   }
-  if (largest <= suspicious * std) return "";
+  const double pooled = degrees < enough ? 0.0 : std::sqrt(squares / static_cast<double>(degrees));
+  if (pooled <= suspicious * std) return "";
   return fmt::format(
       "residuals of {:.3g} um are {:.3g} times the stated uncertainty: the points show errors that are not estimated, "
       "so U is too small\n",
-      largest / units::um, largest / std);
+      pooled / units::um, pooled / std);
 }
 
 std::optional<compensation::Measurement> beside_of(const MeasureOptions& options) {
