@@ -138,23 +138,25 @@ std::string surface_picture(const core::Table& map, const core::Table& points) {
   for (Index i = 1; i < places.size(); ++i)
     if (places[i] - places[i - 1] > 1e-9 * radius) half = std::min(half, 0.5 * (places[i] - places[i - 1]));
   constexpr double side = 340, step = 440;
-  core::Plot plot(2 * step, 470, "deformation of the table's surface, last cycle");
-  const char* titles[] = {"height", "without the plane"};
+  core::Plot plot(2 * step, 440, "deformation of the table's surface, last cycle");
   const char* columns[] = {"height_um", "bending_um"};
   for (int k = 0; k < 2; ++k) {
-    const VectorXd height = last.column(columns[k]);
+    VectorXd height = last.column(columns[k]);
+    const double mean = k == 0 ? height.mean() : 0.0;
+    height.array() -= mean;
     const double largest = height.cwiseAbs().maxCoeff();
     const double left = 70 + step * k;
     plot.title(left, 24,
-               fmt::format("{}: {:.3g} to {:.3g} um (blue below 0, orange above)", titles[k], height.minCoeff(),
-                           height.maxCoeff()));
+               k == 0 ? fmt::format("height less its mean of {:.3g} um", mean) : std::string("without the plane"));
+    plot.text(left, 42,
+              fmt::format("blue: down to {:.3g} um; orange: up to {:.3g} um", height.minCoeff(), height.maxCoeff()));
     core::Axis across{"x, mm"}, up{"y, mm"};
     for (core::Axis* axis : {&across, &up}) {
       axis->include(-1.08 * radius);
       axis->include(1.08 * radius);
       axis->close();
     }
-    core::Panel panel(plot, {left, 50, side, side}, across, up);
+    core::Panel panel(plot, {left, 54, side, side}, across, up);
     panel.x_axis();
     panel.y_axis();
     for (Index i = 0; i < height.size(); ++i) {

@@ -17,7 +17,7 @@ std::string over_time(const metrology::Estimates& estimates, const std::string& 
 /// residual. @param residuals  as metrology::residual_table
 std::string residual_picture(const core::Table& residuals);
 
-/// The fitted surface of the last cycle, whole and without its plane, with the measured points.
+/// The fitted surface of the last cycle, less its mean and without its plane, with the measured points.
 /// @param map, points  as metrology::surface_map and surface_points
 std::string surface_picture(const core::Table& map, const core::Table& points);
 
