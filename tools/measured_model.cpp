@@ -7,6 +7,7 @@
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "solver/campaign/case.h"
 #include "tools/chain.h"
@@ -39,11 +40,29 @@ void keep_plausible(compensation::Measurement& measurement, const mesh::Plausibl
   for (const std::string& blanked : compensation::blank_implausible(measurement, range)) core::warn(blanked);
 }
 
+namespace {
+
+/// A location error is predicted from what its axis carries; measured against the tool, it has the tool's motion too.
+void warn_of_location_errors(const compensation::Measurement& measurement) {
+  std::vector<std::string> names;
+  for (const auto& channel : measurement.channels)
+    if (channel.quantity.size() == 3 && channel.quantity[1] == '0') names.push_back(channel.id);
+  if (names.empty()) return;
+  core::warn(
+      "location errors " + core::join(names) +
+      " are predicted from what their axis carries alone; a test between tool and table has the tool's motion in "
+      "them, and a diagnosis may then name a wrong cause (measure analyse --channels points writes deviations "
+      "instead)");
+}
+
+}  // namespace
+
 reduction::ReducedModel model_of(compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out) {
   if (model.empty()) require_measured_on(open_case(case_path, "", 0).machine, measurement);
   reduction::ReducedModel made = model_for(case_path, model, out);
   require_measured_on(made.machine, measurement);
+  warn_of_location_errors(measurement);
   return made;
 }
 

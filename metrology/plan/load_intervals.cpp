@@ -32,20 +32,25 @@ void add_strokes(Timeline& timeline, const LoadMotion& load, double until) {
 
 void add_load_interval(const mesh::Machine& machine, Timeline& timeline, const std::vector<LoadMotion>& loads,
                        double seconds, const std::string& name) {
-  timeline.begin_stage(name);
   const double end = timeline.now() + seconds;
   std::vector<LoadMotion> moving;
+  mesh::Pose held = timeline.pose();
   for (const LoadMotion& load : loads) {
-    if (load.axis < 0) {
-      timeline.spindle(load.speed);
-    } else if (machine.axes[load.axis].endless ? load.speed > 0 : load.speed > 0 && load.high > load.low) {
+    if (load.axis < 0) continue;
+    const mesh::Axis& axis = machine.axes[load.axis];
+    if (load.speed > 0 && (axis.endless || load.high > load.low)) {
       moving.push_back(load);
-    } else if (!machine.axes[load.axis].endless) {
-      mesh::Pose there = timeline.pose();
-      there[load.axis] = load.low;
-      timeline.rapid(there);
+    } else if (!axis.endless) {
+      held[load.axis] = load.low;
     }
   }
+  if ((held - timeline.pose()).cwiseAbs().maxCoeff() > 1e-9) {
+    timeline.begin_stage("way to " + name);
+    timeline.rapid(held);
+  }
+  timeline.begin_stage(name);
+  for (const LoadMotion& load : loads)
+    if (load.axis < 0) timeline.spindle(load.speed);
   for (std::size_t i = 0; i < moving.size(); ++i) {
     const LoadMotion& load = moving[i];
     const double left = end - timeline.now(), share = left / static_cast<double>(moving.size() - i);

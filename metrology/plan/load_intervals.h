@@ -20,7 +20,8 @@ struct LoadMotion {
   double low = 0, high = 0;  ///< m or rad; where they are equal, a limited axis stands there
 };
 
-/// Adds an interval as one stage; axes go one after the other, each for an equal share of the time.
+/// Adds an interval: a stage for the way to positions that are held, where there is one, then a stage in which they are
+/// held. Moving axes go one after the other, each for an equal share of the time.
 void add_load_interval(const mesh::Machine& machine, Timeline& timeline, const std::vector<LoadMotion>& loads,
                        double seconds, const std::string& name);
 

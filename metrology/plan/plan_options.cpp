@@ -20,8 +20,9 @@ using mesh::AxisKind;
 using mesh::Machine;
 
 const std::vector<std::string>& test_kinds() {
-  static const std::vector<std::string> kinds = {"rtest",   "rtest_continuous", "rtest_grid",  "etve",
-                                                 "spindle", "linear_axis",      "rotary_axis", "random_cycle"};
+  static const std::vector<std::string> kinds = {"rtest",       "rtest_continuous", "rtest_grid",
+                                                 "etve",        "spindle",          "linear_axis",
+                                                 "rotary_axis", "random_cycle",     "volumetric_grid"};
   return kinds;
 }
 

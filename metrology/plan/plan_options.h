@@ -12,7 +12,17 @@
 
 namespace thermotwin::metrology {
 
-enum class TestKind { rtest, rtest_continuous, rtest_grid, etve, spindle, linear_axis, rotary_axis, random_cycle };
+enum class TestKind {
+  rtest,
+  rtest_continuous,
+  rtest_grid,
+  etve,
+  spindle,
+  linear_axis,
+  rotary_axis,
+  random_cycle,
+  volumetric_grid
+};
 
 const std::vector<std::string>& test_kinds();  ///< in the order of TestKind
 /// @throws InputError for an unknown word
@@ -21,7 +31,7 @@ TestKind test_kind(const std::string& word);
 struct PlanOptions {
   TestKind kind = TestKind::rtest;
   std::string axis;                ///< tested axis; empty: that of the table, for linear_axis the first linear one
-  std::vector<std::string> loads;  ///< axes under load, or "spindle"; empty: the tested axis
+  std::vector<std::string> loads;  ///< axes under load, or "spindle"; empty: the tested axis, of a grid none
   double speed = 0;  ///< load: rpm of the spindle and of endless axes, mm/min or deg/min; 0: half of the largest
   std::vector<double> range;  ///< mm or deg: pendular motion of the load; empty: four fifths of the travel
   double warm_up_h = 4, cool_down_h = 4, interval_min = 5;

@@ -35,7 +35,10 @@ std::vector<int> table_axes(const Machine& machine) {
 }
 
 int tested_axis(const Machine& machine, const PlanOptions& options, const std::string& place) {
-  if (options.kind == TestKind::etve || options.kind == TestKind::spindle) return -1;
+  if (options.kind == TestKind::etve || options.kind == TestKind::spindle ||
+      options.kind == TestKind::volumetric_grid) {
+    return -1;
+  }
   const bool linear = options.kind == TestKind::linear_axis;
   int axis = -1;
   if (!options.axis.empty()) {
@@ -87,6 +90,29 @@ std::vector<double> tilts_of(const Axis& tilting, const PlanOptions& options) {
   return tilts;
 }
 
+/// The positions of the linear axes in the workspace, the first axis slowest, and the first of them again.
+std::vector<Pose> grid_poses(const Machine& machine, const Pose& rest, const std::string& place) {
+  std::vector<Pose> poses{rest};
+  for (std::size_t a = 0; a < machine.workspace.axes.size(); ++a) {
+    const int axis = machine.axis_index(machine.workspace.axes[a]);
+    if (axis < 0 || machine.axes[axis].kind != AxisKind::linear) continue;
+    std::vector<Pose> finer;
+    for (const Pose& pose : poses) {
+      for (const double position : machine.workspace.positions[a]) {
+        finer.push_back(pose);
+        finer.back()[axis] = position;
+      }
+    }
+    poses = std::move(finer);
+  }
+  if (poses.size() < 2) {
+    throw InputError(place, "a machine without positions of linear axes in its [workspace]",
+                     "at least two positions of a linear axis");
+  }
+  poses.push_back(poses.front());
+  return poses;
+}
+
 }  // namespace
 
 int axis_named(const Machine& machine, const std::string& id, const std::string& place) {
@@ -102,6 +128,10 @@ TestPlaces test_places(const Machine& machine, const PlanOptions& options, const
   TestPlaces result;
   result.axis = tested_axis(machine, options, place);
   const TestKind kind = options.kind;
+  if (kind == TestKind::volumetric_grid) {
+    result.poses = grid_poses(machine, rest, place);
+    return result;
+  }
   if (result.axis < 0) {
     result.poses = {rest};
     return result;

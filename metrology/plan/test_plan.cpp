@@ -30,7 +30,7 @@ using mesh::Pose;
 
 bool TestPlan::is_rtest() const {
   return options.kind != TestKind::etve && options.kind != TestKind::spindle && options.kind != TestKind::linear_axis &&
-         options.kind != TestKind::rotary_axis;
+         options.kind != TestKind::rotary_axis && options.kind != TestKind::volumetric_grid;
 }
 
 namespace {
@@ -103,6 +103,7 @@ private:
       if (!ids.empty()) throw InputError(place_ + " --load", core::join(ids), "no load: the machine stands");
       return;
     }
+    if (ids.empty() && options_.kind == TestKind::volumetric_grid) return;
     if (ids.empty()) ids = {options_.kind == TestKind::spindle ? "spindle" : plan_.tested};
     for (const std::string& id : ids) {
       const LoadMotion load = load_of(id);

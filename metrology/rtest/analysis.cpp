@@ -10,11 +10,11 @@
 #include <numbers>
 
 #include "compensation/chain/location_offsets.h"
-#include "core/dense_algebra.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/toml_place.h"
 #include "core/units.h"
+#include "metrology/rtest/error_terms.h"
 
 namespace thermotwin::metrology {
 
@@ -29,7 +29,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double weakest = 1e-7;  ///< smallest singular value over the largest that counts as observed
 
 /// Positions of a rotary axis count modulo a turn.
 bool same_place(const mesh::KinematicChain& chain, const RTestPoint& a, const RTestPoint& b) {
@@ -98,13 +97,14 @@ struct Equations {
   Index drift = 0;  ///< columns
 };
 
-Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const LocationOffsets& map) {
+Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const LocationOffsets& map,
+                       const std::vector<ErrorTerm>& terms) {
   const Index errors = std::ssize(record.errors), points = std::ssize(cycle.points);
   Equations result;
   result.drift = record.drift && repeats_a_point(record.chain, cycle) ? 3 : 0;
   const int orders = std::max(0, record.harmonics - 1);
   const Turning axis = orders > 0 ? outermost(record) : Turning();
-  const MatrixXd shifts = table_shifts(record, cycle);
+  const MatrixXd shifts = record.table_shift ? table_shifts(record, cycle) : MatrixXd(3, 0);
   const auto last = static_cast<int>(std::ssize(record.chain.table)) - 1;
   result.rows = MatrixXd::Zero(3 * points, errors + result.drift + 6 * orders + shifts.cols());
   result.deviation.resize(3 * points);
@@ -114,7 +114,7 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
     const RTestPoint& point = cycle.points[i];
     result.deviation.segment<3>(3 * i) = point.deviation;
     for (Index e = 0; e < errors; ++e) {
-      result.rows.block<3, 1>(3 * i, e) = map.motion_of(record.errors[e], 1.0, point.positions, point.nominal).shift;
+      result.rows.block<3, 1>(3 * i, e) = shift_of(terms[e], map, point.positions, point.nominal);
     }
     if (result.drift > 0)
       result.rows.block<3, 3>(3 * i, errors) = (point.time - middle) / length * Matrix3d::Identity();
@@ -136,152 +136,66 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
   return result;
 }
 
-/// Least squares in columns of norm 1, without the directions that the points do not observe.
-struct Solution {
-  VectorXd value;       ///< (parameters)
-  MatrixXd cofactor;    ///< (parameters x parameters)
-  MatrixXd unobserved;  ///< (parameters x directions), in the scaled parameters
-  double sum_of_squares = 0;
-};
+constexpr const char* nuisance = "a drift, a harmonic or a shift of the table";
 
-Solution solve(const Equations& equations) {
-  const MatrixXd& rows = equations.rows;
-  VectorXd scale = rows.colwise().norm();
-  const double largest = scale.size() > 0 ? scale.maxCoeff() : 0.0;
-  for (double& value : scale)
-    if (!(value > 1e-12 * largest)) value = std::max(largest, 1e-300);
-  const MatrixXd scaled = rows * scale.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<MatrixXd> parts(scaled, Eigen::ComputeThinU | Eigen::ComputeFullV);
-  const VectorXd singular = parts.singularValues();
-  Index rank = 0;
-  while (rank < singular.size() && singular[rank] > weakest * singular[0]) ++rank;
-  const MatrixXd v = parts.matrixV().leftCols(rank);
-  const VectorXd inverse = singular.head(rank).cwiseInverse();
-  Solution result;
-  const MatrixXd root = scale.cwiseInverse().asDiagonal() * v * inverse.asDiagonal();
-  result.value = root * (parts.matrixU().leftCols(rank).transpose() * equations.deviation);
-  result.cofactor = root * root.transpose();
-  result.unobserved = parts.matrixV().rightCols(rows.cols() - rank);
-  result.sum_of_squares = (equations.deviation - rows * result.value).squaredNorm();
-  return result;
-}
-
-bool hidden(const Solution& solution, Index parameter) {
-  return solution.unobserved.cols() > 0 && solution.unobserved.row(parameter).norm() > 1e-5;
-}
-
-/// The other parameters that make up for this one.
-std::string with_the_same_effect(const RTestRecord& record, const Solution& solution, Index parameter) {
-  const VectorXd together = solution.unobserved * solution.unobserved.row(parameter).transpose();
-  std::vector<std::string> names;
-  for (Index i = 0; i < together.size(); ++i) {
-    if (i == parameter || std::abs(together[i]) < 1e-5) continue;
-    if (i < std::ssize(record.errors)) {
-      names.push_back(record.errors[i]);
-    } else if (names.empty() || names.back() != "a drift, a harmonic or a shift of the table") {
-      names.emplace_back("a drift, a harmonic or a shift of the table");
-    }
-  }
-  return names.empty() ? "no point shows it" : "the points do not distinguish it from " + core::join(names);
-}
-
-CycleResult cycle_result(const RTestRecord& record, const RTestCycle& cycle, const Equations& equations,
-                         const Solution& solution) {
+CycleResult result_of(const RTestRecord& record, const RTestCycle& cycle, const Equations& equations,
+                      const LinearFit& fit) {
   const Index errors = std::ssize(record.errors);
-  CycleResult result;
+  CycleResult result = cycle_result(fit, errors, record.std * record.std);
   result.time = 0.5 * (cycle.first_time() + cycle.last_time());
-  result.parameters = equations.rows.cols();
-  result.rank = result.parameters - solution.unobserved.cols();
-  result.degrees_of_freedom = equations.rows.rows() - result.rank;
-  result.residual_rms = std::sqrt(solution.sum_of_squares / equations.rows.rows());
-  const double variance = record.std * record.std;
-  result.value = solution.value.head(errors);
-  result.covariance = variance * solution.cofactor.topLeftCorner(errors, errors);
-  for (Index e = 0; e < errors; ++e) {
-    if (!hidden(solution, e)) continue;
-    result.value[e] = nan;
-    result.covariance.row(e).setConstant(nan);
-    result.covariance.col(e).setConstant(nan);
-  }
-  result.drift_estimated = equations.drift > 0 && !hidden(solution, errors) && !hidden(solution, errors + 1) &&
-                           !hidden(solution, errors + 2);
+  result.drift_estimated =
+      equations.drift > 0 && !fit.hides(errors) && !fit.hides(errors + 1) && !fit.hides(errors + 2);
   if (result.drift_estimated) {
-    result.drift = solution.value.segment<3>(errors);
-    result.drift_std = (variance * solution.cofactor.diagonal().segment<3>(errors)).cwiseSqrt();
+    result.drift = fit.value.segment<3>(errors);
+    result.drift_std = record.std * fit.cofactor.diagonal().segment<3>(errors).cwiseSqrt();
   }
-  for (Index at = errors + equations.drift; at + 6 <= solution.value.size(); at += 6) {
-    Harmonic harmonic{static_cast<int>((at - errors - equations.drift) / 6) + 2, solution.value.segment<3>(at),
-                      solution.value.segment<3>(at + 3)};
+  for (Index at = errors + equations.drift; at + 6 <= fit.value.size(); at += 6) {
+    Harmonic harmonic{static_cast<int>((at - errors - equations.drift) / 6) + 2, fit.value.segment<3>(at),
+                      fit.value.segment<3>(at + 3)};
     for (Index i = 0; i < 3; ++i) {
-      if (hidden(solution, at + i)) harmonic.cosine[i] = nan;
-      if (hidden(solution, at + 3 + i)) harmonic.sine[i] = nan;
+      if (fit.hides(at + i)) harmonic.cosine[i] = nan;
+      if (fit.hides(at + 3 + i)) harmonic.sine[i] = nan;
     }
     result.harmonics.push_back(harmonic);
   }
   return result;
 }
 
-/// Differences to the first cycle, whose covariance adds.
-void subtract_first(std::vector<CycleResult>& cycles) {
-  const VectorXd first = cycles.front().value;
-  const MatrixXd covariance = cycles.front().covariance;
-  for (CycleResult& cycle : cycles) {
-    const bool is_first = &cycle == &cycles.front();
-    cycle.value -= first;
-    if (is_first) {
-      cycle.covariance -= covariance;
-    } else {
-      cycle.covariance += covariance;
-    }
-  }
-}
-
 }  // namespace
-
-bool RTestAnalysis::turns(std::size_t error) const { return errors[error][0] >= 'A' && errors[error][0] <= 'C'; }
 
 RTestAnalysis analyse(const RTestRecord& record) {
   compensation::OffsetOptions options;
   options.table_radius = record.table_radius;
   const LocationOffsets map(record.chain, options);
-  for (const std::string& error : record.errors) {
-    const auto& known = map.known_errors();
-    if (std::find(known.begin(), known.end(), error) != known.end()) continue;
-    throw InputError(core::toml_place(record.source, "", "errors"), "'" + error + "'",
-                     "of this chain: " + core::join(known) + " (nearest: " + core::nearest(error, known) + ")");
-  }
+  const std::string place = core::toml_place(record.source, "", "errors");
+  const std::vector<ErrorTerm> terms = error_terms(record.errors, map, record.chain, place);
   RTestAnalysis result;
   result.errors = record.errors;
+  result.units = units_of_errors(record.errors);
   std::vector<bool> named(record.errors.size(), false);
   for (const RTestCycle& cycle : record.cycles) {
-    const Equations equations = equations_of(record, cycle, map);
+    const Equations equations = equations_of(record, cycle, map, terms);
     if (equations.rows.rows() < equations.rows.cols()) {
       throw InputError(
           cycle.place, fmt::format("{} points for {} parameters", cycle.points.size(), equations.rows.cols()),
           fmt::format("at least {} points, or fewer errors and harmonics", (equations.rows.cols() + 2) / 3));
     }
-    const Solution solution = solve(equations);
+    const LinearFit fit = fit_linear(equations.rows, equations.deviation);
     for (std::size_t e = 0; e < record.errors.size(); ++e) {
-      if (named[e] || !hidden(solution, e)) continue;
+      if (named[e] || !fit.hides(static_cast<Index>(e))) continue;
       named[e] = true;
-      result.not_observable.push_back(record.errors[e] +
-                                      ": not observable: " + with_the_same_effect(record, solution, e));
+      result.not_observable.push_back(
+          record.errors[e] + ": not observable: " + fit.same_effect(record.errors, static_cast<Index>(e), nuisance));
     }
-    result.cycles.push_back(cycle_result(record, cycle, equations, solution));
+    result.cycles.push_back(result_of(record, cycle, equations, fit));
   }
   const bool none = std::all_of(result.cycles.begin(), result.cycles.end(),
                                 [](const CycleResult& cycle) { return cycle.value.array().isNaN().all(); });
   if (none) {
-    throw InputError(core::toml_place(record.source, "", "errors"),
-                     "no observable error: " + core::join(result.not_observable, "; "),
+    throw InputError(place, "no observable error: " + core::join(result.not_observable, "; "),
                      "points that distinguish at least one error");
   }
-  if (record.against_first) subtract_first(result.cycles);
-  for (CycleResult& cycle : result.cycles) cycle.std = cycle.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  for (CycleResult& cycle : result.cycles) {
-    for (Index e = 0; e < cycle.std.size(); ++e)
-      if (std::isnan(cycle.value[e])) cycle.std[e] = nan;
-  }
+  complete(result.cycles, record.against_first);
   return result;
 }
 

@@ -42,6 +42,7 @@ struct RTestRecord {
   double std = 0;              ///< m, of one coordinate
   bool against_first = true, drift = true;
   int harmonics = 0;
+  bool table_shift = true;  ///< a shift of the table's surface is estimated beside the errors, see analysis.h
   std::vector<RTestCycle> cycles;
 
   /// @throws InputError: an unknown axis, error or column, a missing value, time or cycles that run back, no points

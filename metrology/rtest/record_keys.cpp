@@ -49,8 +49,28 @@ const KeyTable record_file{
                    "The probes, where raw.csv has their readings."),
     }};
 
+const KeyTable grid_file{
+    "grid.toml",
+    "The points of a volumetric grid for `measure analyse`, beside points.csv.",
+    {
+        key::schema(),
+        key::text("chain", required, "Kinematic chain after ISO 10791-1, such as V [w C' B' b Y X Z (C1) t]."),
+        key::tables("axis", axis_table, Absent{"points on the axes at the origin"},
+                    "One for each rotary axis off the origin."),
+        key::texts("errors", Absent{"those that the points distinguish"},
+                   "Location errors such as X0T, C0Y, and component errors of linear axes such as EXX1, EBZ2."),
+        key::whole("order", 1, 3, 1.0, "Highest power of component errors that are chosen where `errors` is absent."),
+        key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),
+        key::number("std_um", "um", positive, required, "Standard uncertainty of one coordinate of a point."),
+        key::word("reference", {"first", "absolute"}, "first",
+                  "first: errors against the first cycle; absolute: against the nominal chain."),
+        key::word("drift", {"repeated", "none"}, "repeated",
+                  "repeated: a linear drift from points that a cycle measures twice; none: no drift is estimated."),
+    }};
+
 }  // namespace
 
 const KeyTable& record_keys() { return record_file; }
+const KeyTable& grid_keys() { return grid_file; }
 
 }  // namespace thermotwin::metrology

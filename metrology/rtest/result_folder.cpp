@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <regex>
 
 #include "core/error.h"
 #include "core/units.h"
@@ -20,17 +21,6 @@ using core::Table;
 using Eigen::Index;
 
 namespace {
-
-std::vector<std::size_t> observed(const RTestAnalysis& analysis) {
-  std::vector<std::size_t> errors;
-  for (std::size_t e = 0; e < analysis.errors.size(); ++e) {
-    if (std::none_of(analysis.cycles.begin(), analysis.cycles.end(),
-                     [&](const CycleResult& cycle) { return std::isnan(cycle.value[e]); })) {
-      errors.push_back(e);
-    }
-  }
-  return errors;
-}
 
 /// Positions of a point as pose of a channel.
 std::string pose_text(const RTestRecord& record, const RTestPoint& point) {
@@ -103,48 +93,73 @@ Measurement with_record(const Measurement& measurement, const std::optional<Meas
 
 }  // namespace
 
-Table error_table(const RTestAnalysis& analysis) {
+void require_pose_text(const std::string& text, const std::string& place) {
+  static const std::regex pose(R"([A-Z][0-9]?=[-+]?[0-9]+(\.[0-9]*)?(,[A-Z][0-9]?=[-+]?[0-9]+(\.[0-9]*)?)*)");
+  if (text.empty() || (text.size() < 200 && std::regex_match(text, pose))) return;
+  throw core::InputError(place, "'" + text.substr(0, 200) + "'", "positions of axes in mm and deg, such as X=0,B=90");
+}
+
+bool is_quantity(const std::string& name) {
+  if (name.size() == 2) return std::string("dr").find(name[0]) != std::string::npos;
+  return name == "R0T" ||
+         (name.size() == 3 && name[1] == '0' && std::string("ABCT").find(name[2]) != std::string::npos);
+}
+
+Table error_table(const Estimates& estimates) {
   Table table;
   table.source = "location_errors.csv";
   table.columns = {"time_s"};
-  const std::vector<std::size_t> errors = observed(analysis);
+  const std::vector<std::size_t> errors = estimates.observed();
   for (const char* prefix : {"", "std_"}) {
-    for (const std::size_t e : errors)
-      table.columns.push_back(prefix + analysis.errors[e] + (analysis.turns(e) ? "_um_per_m" : "_um"));
+    for (const std::size_t e : errors) {
+      std::string unit = estimates.units[e];
+      if (const std::size_t slash = unit.find('/'); slash != std::string::npos) unit.replace(slash, 1, "_per_");
+      table.columns.push_back(prefix + estimates.errors[e] + "_" + unit);
+    }
   }
-  table.values.resize(std::ssize(analysis.cycles), std::ssize(table.columns));
+  table.values.resize(std::ssize(estimates.cycles), std::ssize(table.columns));
   for (Index i = 0; i < table.rows(); ++i) {
-    const CycleResult& cycle = analysis.cycles[i];
+    const CycleResult& cycle = estimates.cycles[static_cast<std::size_t>(i)];
     table.values(i, 0) = cycle.time;
     Index column = 1;
-    for (const std::size_t e : errors) table.values(i, column++) = cycle.value[e] / core::units::um;
-    for (const std::size_t e : errors) table.values(i, column++) = cycle.std[e] / core::units::um;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.value[static_cast<Index>(e)] / core::units::um;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.std[static_cast<Index>(e)] / core::units::um;
   }
   return table;
 }
 
-Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
+Measurement measurement_of(const Estimates& estimates, const std::string& pose, bool against_first,
                            const std::optional<Measurement>& beside) {
-  const std::vector<std::size_t> errors = observed(analysis);
-  const Table all = error_table(analysis);
+  const std::vector<std::size_t> errors = estimates.observed();
+  const Table all = error_table(estimates);
   Measurement measurement;
   measurement.data.source = all.source;
   measurement.data.columns = {"time_s"};
-  measurement.data.values = all.values.leftCols(1 + std::ssize(errors));
-  for (const std::size_t e : errors) {
+  measurement.data.values = all.values.leftCols(1);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const std::size_t e = errors[k];
+    if (!is_quantity(estimates.errors[e])) continue;
     MeasuredChannel channel;
-    channel.id = channel.quantity = analysis.errors[e];
+    channel.id = channel.quantity = estimates.errors[e];
     channel.kind = compensation::ChannelKind::displacement;
-    channel.unit = analysis.turns(e) ? "um/m" : "um";
-    for (const CycleResult& cycle : analysis.cycles)
-      channel.uncertainty = std::max(channel.uncertainty, cycle.std[e] / core::units::um);
-    channel.pose_text = pose_text(record, record.cycles.front().points.front());
-    channel.zero = record.against_first ? compensation::Zero::first : compensation::Zero::absolute;
+    channel.unit = estimates.units[e];
+    for (const CycleResult& cycle : estimates.cycles)
+      channel.uncertainty = std::max(channel.uncertainty, cycle.std[static_cast<Index>(e)] / core::units::um);
+    channel.pose_text = pose;
+    channel.zero = against_first ? compensation::Zero::first : compensation::Zero::absolute;
     channel.column = std::ssize(measurement.data.columns);
     measurement.data.columns.push_back(channel.id);
+    measurement.data.values.conservativeResize(Eigen::NoChange, channel.column + 1);
+    measurement.data.values.col(channel.column) = all.values.col(1 + static_cast<Index>(k));
     measurement.channels.push_back(channel);
   }
   return with_record(measurement, beside);
+}
+
+Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
+                           const std::optional<Measurement>& beside) {
+  return measurement_of(analysis, pose_text(record, record.cycles.front().points.front()), record.against_first,
+                        beside);
 }
 
 Measurement points_measurement_of(const RTestRecord& record, const std::optional<Measurement>& beside) {

@@ -13,18 +13,26 @@
 namespace thermotwin::metrology {
 
 /// time_s, then each error that is observable (X0C_um, A0C_um_per_m) with its standard uncertainty (std_X0C_um).
-core::Table error_table(const RTestAnalysis& analysis);
+core::Table error_table(const Estimates& estimates);
 
-/// One displacement channel for each error that is observable in all cycles, with its largest standard uncertainty.
+/// @throws InputError (place) unless the text is empty or positions of axes, "X=0,B=90"
+void require_pose_text(const std::string& text, const std::string& place);
+
+/// Whether a channel can have this quantity: dx ... rc, a location error of a rotary axis or of the table.
+bool is_quantity(const std::string& name);
+
+/// One displacement channel for each quantity that is observable in all cycles, with its largest standard uncertainty.
 /// Rows of both are merged by time; a channel is blank where only the other has a row.
+/// @param pose  of the channels  @param against_first  their zero
 /// @param beside  the record of loads and temperatures @throws InputError for a channel that both have
+compensation::Measurement measurement_of(const Estimates& estimates, const std::string& pose, bool against_first,
+                                         const std::optional<compensation::Measurement>& beside);
 compensation::Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
                                          const std::optional<compensation::Measurement>& beside);
 
-/// The deviations themselves: dx, dy and dz of the TCP error at each place of a discrete test, "dx@1", at the times of
-/// the
-/// points. They hold the tool's side as well, as the prediction of a machine does; a location error of a machine has
-/// the side of its axis alone. A place that a cycle measures twice has its first deviation.
+/// The deviations themselves: dx, dy and dz of the TCP error at each place of a discrete test, "dx@1", at the times
+/// of the points. They hold the tool's side as well, as the prediction of a machine does; a location error of a machine
+/// has the side of its axis alone. A place that a cycle measures twice has its first deviation.
 /// @throws InputError: a cycle with more than most_places points, a channel that both have
 compensation::Measurement points_measurement_of(const RTestRecord& record,
                                                 const std::optional<compensation::Measurement>& beside);

@@ -2,7 +2,9 @@
 #pragma once
 // The record of a virtual test as a folder. Of an R-Test: rtest.toml, points.csv, raw.csv, calibration.csv for `measure
 // analyse`, loads/ (a measurement folder for its --record) and functionals.csv, the location errors of the machine
-// itself in the middle of each cycle. Of another test: a measurement folder with displacements at each of its poses.
+// itself in the middle of each cycle. Of a volumetric grid: grid.toml, points.csv and loads/. Of another test: a
+// measurement folder with displacements at each of its poses, and mandrel/ with readings of five probes at the first of
+// them. Of a run with a surface: surface/ as well, with heights of the table in the middle of each cycle.
 
 #include <cstdint>
 #include <filesystem>

@@ -121,6 +121,42 @@ std::vector<double> output_times(const solver::LoadProgram& load, const std::vec
   return kept;
 }
 
+constexpr std::size_t most_surface_nodes = 150;
+
+/// Nodes of the table's surface (tcp.table_surface) in the plane of the table point; all of it where none lies there.
+std::vector<Index> table_nodes(const mesh::MachineMesh& mesh) {
+  const Machine& machine = mesh.machine;
+  const int table = machine.body_index(machine.tcp.table_body),
+            surface = machine.surface_index(machine.tcp.table_surface);
+  const mesh::TetMesh& body = mesh.bodies[static_cast<std::size_t>(table)];
+  const Eigen::Vector3d normal = solver::growth_axis(machine).second;
+  constexpr double in_plane = 1e-3;  // m
+  std::vector<Index> all, flat;
+  for (const int face : mesh.surfaces[static_cast<std::size_t>(surface)]) {
+    for (const int node : body.faces.col(face)) {
+      all.push_back(node);
+      if (std::abs(normal.dot(body.points.col(node) - machine.tcp.table_point)) < in_plane) flat.push_back(node);
+    }
+  }
+  std::vector<Index>& found = flat.empty() ? all : flat;
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::vector<Index> kept;
+  const std::size_t step = (found.size() + most_surface_nodes - 1) / most_surface_nodes;
+  for (std::size_t i = 0; i < found.size(); i += step) kept.push_back(found[i]);
+  return kept;
+}
+
+/// Frame of the table's surface: columns x, y, normal, home frame of the table.
+Eigen::Matrix3d surface_frame(const Machine& machine) {
+  const Eigen::Vector3d normal = solver::growth_axis(machine).second;
+  Eigen::Vector3d x = Eigen::Vector3d::UnitX() - normal * normal.x();
+  if (x.norm() < 0.1) x = Eigen::Vector3d::UnitY() - normal * normal.y();
+  Eigen::Matrix3d frame;
+  frame << x.normalized(), normal.cross(x.normalized()), normal;
+  return frame;
+}
+
 }  // namespace
 
 void VirtualRunOptions::validate() const {
@@ -157,6 +193,29 @@ VirtualRun run_virtually(const solver::FullModel& full, const solver::LoadProgra
     history.outputs.emplace_back(values.reshaped(rows_per_pose, std::ssize(stations.poses)));
   };
   VirtualRun run;
+  const std::vector<Index> on_surface = options.surface ? table_nodes(full.mesh) : std::vector<Index>();
+  const int table = machine.body_index(machine.tcp.table_body);
+  const Eigen::Matrix3d frame = surface_frame(machine);
+  if (options.surface) {
+    const Eigen::Matrix3Xd& at = full.mesh.bodies[static_cast<std::size_t>(table)].points;
+    run.surface_at.resize(std::ssize(on_surface), 2);
+    run.surface.setZero(std::ssize(cycles), std::ssize(on_surface));
+    for (Index i = 0; i < std::ssize(on_surface); ++i)
+      run.surface_at.row(i) = ((at.col(on_surface[i]) - machine.tcp.table_point).transpose() * frame).head<2>();
+    campaign.on_output = [&, before = campaign.on_output](const solver::LoadProgram& of,
+                                                          const solver::OutputState& output) {
+      before(of, output);
+      Index row = 0;
+      for (const auto& [cycle, span] : cycles) {
+        if (std::abs(output.time - 0.5 * (span.first + span.second)) <= 1e-3) {
+          const Eigen::Matrix3Xd moved = full.elastic.displacement(output.state, points.front().pose);
+          for (Index i = 0; i < std::ssize(on_surface); ++i)
+            run.surface(row, i) = frame.col(2).dot(moved.col(full.mesh.first_node[table] + on_surface[i]));
+        }
+        ++row;
+      }
+    };
+  }
   run.load = solver::run_campaign(full, {program}, campaign).front();
   run.quantities = options.quantities;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -23,12 +23,15 @@ struct VirtualRun {
   std::vector<solver::Vector6> table;   ///< (points) the table's share of frozen, as if the tool stood still
   std::vector<double> middle;           ///< (cycles) s
   std::vector<std::string> quantities;  ///< location errors of the machine ...
+  Eigen::MatrixX2d surface_at;          ///< (nodes x 2) m, of the table's surface in its frame; none: not asked for
+  Eigen::MatrixXd surface;  ///< (cycles x nodes) m, their rise in the middle of the cycle against the foundation
   Eigen::MatrixXd
       functionals;  ///< ... (cycles x quantities) in the middle of the cycle, um and um/m, mean over its positions
 };
 
 struct VirtualRunOptions {
   std::vector<std::string> quantities;  ///< location errors whose functionals are computed
+  bool surface = false;                 ///< heights of the table's surface are computed
   double rows_every = 60;               ///< s, between outputs of sensors and inputs
   solver::TimeOptions time{solver::TimeScheme::adaptive, 0.1, 1.0, 21600};
   double refine = 0.63;   ///< factor of its tolerance

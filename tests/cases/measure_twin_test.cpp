@@ -69,6 +69,15 @@ TEST(MeasureTwin, AHiddenCauseIsNamed) {
   ASSERT_FALSE(causes.empty());
   EXPECT_EQ(causes[0]["kind"], "source_power");
   EXPECT_EQ(causes[0]["where"], "C.drive");
+  // Location errors as channels would mislead: both verbs say so.
+  const Result errors = toy.run({"measure", "analyse", toy.file("record"), "--record", toy.file("record") + "/loads"});
+  ASSERT_EQ(errors.status, 0) << errors.err;
+  EXPECT_SAYS(errors.out, "needs --channels points");
+  const Result evaluated =
+      thermotwin({"evaluate", toy.path(), "--data", toy.result("measurement").string(), "--model", model.string(),
+                  "--models", "static_regression", "--out", toy.file("evaluated")});
+  EXPECT_EQ(evaluated.status, 0) << evaluated.err;
+  EXPECT_SAYS(evaluated.err, "may then name a wrong cause");
 }
 
 TEST(MeasureTwin, ThermalTestsBecomeTables) {

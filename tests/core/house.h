@@ -21,7 +21,7 @@ inline const std::vector<Layer> house = {
     {"reduction", {"linear", "model", "systems", "basis", "bound"}},
     {"compensation", {"measurement", "models", "online", "control", "linuxcnc", "evaluation", "chain"}},
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
-    {"metrology", {"fit", "budget", "probe", "rtest", "iso230", "plan", "twin"}},
+    {"metrology", {"fit", "budget", "probe", "rtest", "mandrel", "surface", "iso230", "plan", "twin"}},
     {"nc", {"rs274", "control", "dialect", "program", "motion", "load", "prediction", "rewrite", "report"}},
     {"study", {"plan", "statistics", "units", "variants", "placement"}},
     {"tools", {}}};

@@ -58,19 +58,20 @@ void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options
   MeasureOptions& measured = *options;
   CLI::App* verb =
       add_verb(group, "analyse",
-               "Computes location errors with their uncertainty from an R-Test, or ranges and gradients of "
-               "an ISO 230-3 test.",
+               "Computes errors of the kinematic chain from an R-Test or a volumetric grid, displacements from probes "
+               "around a mandrel, the deformation of a table's surface, or ranges and gradients of an ISO 230-3 test.",
                "thermotwin measure analyse rtest --record loads --out out/rtest\n"
                "  thermotwin measure analyse etve --ambient air",
                options, &tools::measure_analyse);
-  verb->add_option("FOLDER", measured.file, "Folder with rtest.toml and points.csv, or a measurement folder.")
+  verb->add_option("FOLDER", measured.file,
+                   "Folder with rtest.toml, grid.toml, mandrel.toml or surface.toml, or a measurement folder.")
       ->required();
   verb->add_option("--record", measured.record,
-                   "Measurement folder of loads and temperatures during the R-Test, to be merged with its errors.");
+                   "Measurement folder of loads and temperatures during the test, to be merged with its results.");
   verb->add_option("--channels", measured.channels,
-                   "What the folder for evaluate and diagnose has: location errors, or the deviations at the points.")
-      ->check(CLI::IsMember({"errors", "points"}))
-      ->capture_default_str();
+                   "What the folder for evaluate and diagnose has: location errors (default of an R-Test), or the "
+                   "deviations at the points (default of a grid).")
+      ->check(CLI::IsMember({"errors", "points"}));
   verb->add_option("--ambient", measured.ambient, "Temperature channel for gradients per K of an ISO 230-3 test.");
 }
 
@@ -124,12 +125,14 @@ void add_plan(CLI::App& group) {
                             "--warm-up 60 --seed 7 --out out/plan",
                             options, &tools::measure_plan);
   verb->add_option("KIND", planned.kind,
-                   "Test: rtest, rtest_continuous, rtest_grid, etve, spindle, linear_axis, rotary_axis, random_cycle.")
+                   "Test: rtest, rtest_continuous, rtest_grid, etve, spindle, linear_axis, rotary_axis, random_cycle, "
+                   "volumetric_grid.")
       ->required();
   verb->add_option("--case", planned.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--axis", plan.axis,
                    "Tested axis (default: the axis of the table; for linear_axis the first linear one).");
-  verb->add_option("--load", plan.loads, "Axis under load, or spindle; may be repeated (default: the tested axis).");
+  verb->add_option("--load", plan.loads,
+                   "Axis under load, or spindle; may be repeated (default: the tested axis; of a grid none).");
   verb->add_option(
           "--speed", plan.speed,
           "Speed of the load: rpm for the spindle and endless axes, else mm/min or deg/min (default: half of the "
@@ -179,6 +182,10 @@ void add_simulate_test(CLI::App& group) {
   verb->add_option(
       "--hide", simulated.hide,
       "A changed parameter as KIND:WHERE:VALUE, kinds as in diagnosis.json, e.g. source_power:C.motor:1.6.");
+  verb->add_option("--add", simulated.add,
+                   "For an R-Test or a grid: a known error of the chain from the second measurement on, um, um/m ..., "
+                   "e.g. EXX1=20; may be repeated.");
+  verb->add_flag("--surface", simulated.surface, "Writes heights of the table's surface at each measurement too.");
   verb->add_option("--seed", simulated.seed, "Seed of the noise.")->capture_default_str();
   verb->add_flag("--no-noise", simulated.no_noise, "Probes and sensors without noise, axes without scatter.");
   verb->add_option("--sensor-noise", simulated.sensor_noise_K, "Standard deviation of a temperature sensor, K.")

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The verb measure analyse: an R-Test to location errors, or an ISO 230-3 record to its table.
+// The verb measure analyse: an R-Test or a volumetric grid to errors of the chain, a mandrel to displacements, heights
+// of a table to its deformation, an ISO 230-3 record to its table.
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "metrology/iso230/thermal_table.h"
+#include "metrology/mandrel/mandrel.h"
 #include "metrology/rtest/analysis.h"
 #include "metrology/rtest/continuous.h"
+#include "metrology/rtest/grid.h"
 #include "metrology/rtest/result_folder.h"
+#include "metrology/surface/surface.h"
+#include "tools/measure/estimate_plots.h"
 #include "tools/measure/json_number.h"
 #include "tools/measure/measure.h"
 
@@ -21,6 +27,7 @@ namespace thermotwin::tools {
 namespace {
 
 using metrology::CycleResult;
+using metrology::Estimates;
 using metrology::RTestAnalysis;
 using metrology::RTestRecord;
 using nlohmann::json;
@@ -41,7 +48,7 @@ json json_of(const RTestAnalysis& analysis) {
     for (std::size_t e = 0; e < analysis.errors.size(); ++e) {
       errors[analysis.errors[e]] = {{"value", number_or_null(cycle.value[e] / units::um)},
                                     {"std", number_or_null(cycle.std[e] / units::um)},
-                                    {"unit", analysis.turns(e) ? "um/m" : "um"}};
+                                    {"unit", analysis.units[e]}};
       json row = json::array();
       for (const double value : cycle.covariance.row(e)) row.push_back(number_or_null(value / units::um / units::um));
       covariance.push_back(row);
@@ -83,54 +90,149 @@ json arcs_json(const RTestRecord& record) {
   return methods;
 }
 
-std::string text_of(const RTestRecord& record, const RTestAnalysis& analysis) {
+constexpr std::size_t most_columns = 8;  ///< errors beside each other on the terminal
+
+/// The last cycle of many errors, one a row.
+Rows last_rows(const Estimates& estimates) {
+  Rows rows{{"error", "unit", "last cycle", "U (k = 2)", "range"}};
+  for (std::size_t e = 0; e < estimates.errors.size(); ++e) {
+    const auto at = static_cast<Eigen::Index>(e);
+    double low = 1e300, high = -1e300;
+    for (const CycleResult& cycle : estimates.cycles) {
+      low = std::min(low, cycle.value[at] / units::um);
+      high = std::max(high, cycle.value[at] / units::um);
+    }
+    const CycleResult& last = estimates.cycles.back();
+    rows.push_back({estimates.errors[e], estimates.units[e]});
+    if (std::isnan(last.value[at])) {
+      rows.back().insert(rows.back().end(), {"-", "-", "-"});
+    } else {
+      rows.back().insert(rows.back().end(),
+                         {fmt::format("{:.2f}", last.value[at] / units::um),
+                          fmt::format("{:.2f}", 2.0 * last.std[at] / units::um), fmt::format("{:.2f}", high - low)});
+    }
+  }
+  return rows;
+}
+
+/// Some cycles, one a row.
+Rows cycle_rows(const Estimates& estimates) {
   Rows rows{{"cycle", "time s"}};
-  for (std::size_t e = 0; e < analysis.errors.size(); ++e)
-    rows[0].push_back(analysis.errors[e] + (analysis.turns(e) ? " um/m" : " um"));
+  for (std::size_t e = 0; e < estimates.errors.size(); ++e)
+    rows[0].push_back(estimates.errors[e] + " " + estimates.units[e]);
   rows[0].insert(rows[0].end(), {"drift um", "residual um"});
-  const std::size_t count = analysis.cycles.size(), step = (count + most_rows - 1) / most_rows;
+  const std::size_t count = estimates.cycles.size(), step = (count + most_rows - 1) / most_rows;
   for (std::size_t i = 0; i < count; i = i + 1 == count ? count : std::min(i + step, count - 1)) {
-    const CycleResult& cycle = analysis.cycles[i];
+    const CycleResult& cycle = estimates.cycles[i];
     std::vector<std::string> row{fmt::format("{}", i + 1), fmt::format("{:.6g}", cycle.time)};
-    for (std::size_t e = 0; e < analysis.errors.size(); ++e)
+    for (std::size_t e = 0; e < estimates.errors.size(); ++e)
       row.push_back(std::isnan(cycle.value[e]) ? "-" : fmt::format("{:.2f}", cycle.value[e] / units::um));
     row.push_back(cycle.drift_estimated ? fmt::format("{:.2f}", cycle.drift.norm() / units::um) : "-");
     row.push_back(fmt::format("{:.2f}", cycle.residual_rms / units::um));
     rows.push_back(row);
   }
   std::vector<std::string> expanded{"U (k = 2)", ""};
-  for (const double std : analysis.cycles.back().std)
+  for (const double std : estimates.cycles.back().std)
     expanded.push_back(std::isnan(std) ? "-" : fmt::format("{:.2f}", 2.0 * std / units::um));
   expanded.insert(expanded.end(), {"", ""});
   rows.push_back(expanded);
-  std::string text = core::format_table(rows);
-  for (const std::string& words : analysis.not_observable) text += words + "\n";
-  const bool drifts = analysis.cycles.back().drift_estimated;
-  if (record.drift && !drifts) text += "no cycle repeats a point: drift during a cycle is not corrected\n";
+  return rows;
+}
+
+std::string text_of(const Estimates& estimates) {
+  const bool many = estimates.errors.size() > most_columns;
+  std::string text = core::format_table(many ? last_rows(estimates) : cycle_rows(estimates));
+  for (const std::string& words : estimates.not_observable) text += words + "\n";
   return text;
 }
 
-void analyse_rtest(const MeasureOptions& options) {
-  const RTestRecord record = RTestRecord::load(options.file);
+/// A residual of all cycles far above the stated uncertainty comes from errors that are not estimated.
+std::string residual_words(const Estimates& estimates, double std) {
+  constexpr double suspicious = 2.0;
+  constexpr Eigen::Index enough = 5;
+  double squares = 0.0;
+  Eigen::Index degrees = 0;
+  for (const CycleResult& cycle : estimates.cycles) {
+    squares += cycle.residual.squaredNorm();
+    degrees += cycle.degrees_of_freedom;
+  }
+  const double pooled = degrees < enough ? 0.0 : std::sqrt(squares / static_cast<double>(degrees));
+  if (pooled <= suspicious * std) return "";
+  return fmt::format(
+      "residuals of {:.3g} um are {:.3g} times the stated uncertainty: the points show errors that are not estimated, "
+      "so U is too small\n",
+      pooled / units::um, pooled / std);
+}
+
+std::optional<compensation::Measurement> beside_of(const MeasureOptions& options) {
+  if (options.record.empty()) return std::nullopt;
+  return compensation::read_measurement(options.record);
+}
+
+/// The files that all records have in common, and the summary.
+void write_estimates(const MeasureOptions& options, const Estimates& estimates,
+                     const compensation::Measurement& measurement, const std::string& table, const std::string& picture,
+                     json result, std::string text) {
+  core::write_csv(options.out / (table + ".csv"), metrology::error_table(estimates));
+  if (!picture.empty()) core::write_file(options.out / (table + ".svg"), picture);
+  if (!measurement.channels.empty()) {
+    compensation::write_measurement(options.out / "measurement", measurement);
+    result["measurement"] = (options.out / "measurement").string();
+  }
+  core::write_file(options.out / "analysis.json", result.dump(1) + "\n");
+  text += fmt::format("{} cycles; in {}", estimates.cycles.size(), (options.out / (table + ".csv")).string());
+  if (!measurement.channels.empty())
+    text += fmt::format(", a folder for evaluate and diagnose in {}", (options.out / "measurement").string());
+  print_summary(options, text + "\n", result.dump());
+}
+
+/// An R-Test or a volumetric grid.
+void analyse_points(const MeasureOptions& options, const RTestRecord& record, bool grid) {
   const RTestAnalysis analysis = metrology::analyse(record);
-  std::optional<compensation::Measurement> beside;
-  if (!options.record.empty()) beside = compensation::read_measurement(options.record);
-  const compensation::Measurement measurement = options.channels == "points"
+  const std::string channels = !options.channels.empty() ? options.channels : grid ? "points" : "errors";
+  const auto beside = beside_of(options);
+  const compensation::Measurement measurement = channels == "points"
                                                     ? metrology::points_measurement_of(record, beside)
                                                     : metrology::measurement_of(record, analysis, beside);
   json result = json_of(analysis);
-  if (const json arcs = arcs_json(record); !arcs.empty()) result["arcs"] = arcs;
-  core::write_csv(options.out / "location_errors.csv", metrology::error_table(analysis));
-  compensation::write_measurement(options.out / "measurement", measurement);
-  core::write_file(options.out / "analysis.json", result.dump(1) + "\n");
-  result["measurement"] = (options.out / "measurement").string();
-  print_summary(
-      options,
-      text_of(record, analysis) + fmt::format("{} cycles; location errors in {}, a folder for evaluate and "
-                                              "diagnose in {}\n",
-                                              analysis.cycles.size(), (options.out / "location_errors.csv").string(),
-                                              (options.out / "measurement").string()),
-      result.dump());
+  if (!grid) {
+    if (const json arcs = arcs_json(record); !arcs.empty()) result["arcs"] = arcs;
+  }
+  const core::Table residuals = metrology::residual_table(record, analysis);
+  core::write_csv(options.out / "residuals.csv", residuals);
+  if (grid) core::write_file(options.out / "residuals.svg", residual_picture(residuals));
+  std::string text = text_of(analysis) + residual_words(analysis, record.std);
+  if (record.drift && !analysis.cycles.back().drift_estimated)
+    text += "no cycle repeats a point: drift during a cycle is not corrected\n";
+  if (!grid && channels == "errors")
+    text += "the location errors have the tool's motion in them: a diagnosis with a machine needs --channels points\n";
+  write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
+                  over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
+}
+
+void analyse_mandrel(const MeasureOptions& options) {
+  const metrology::MandrelRecord record = metrology::MandrelRecord::load(options.file);
+  const Estimates estimates = metrology::analyse(record);
+  const compensation::Measurement measurement =
+      metrology::measurement_of(estimates, record.pose, record.against_first, beside_of(options));
+  write_estimates(options, estimates, measurement, "displacements",
+                  over_time(estimates, "displacement and rotation of the tool"), json_of(estimates),
+                  text_of(estimates));
+}
+
+void analyse_surface(const MeasureOptions& options) {
+  constexpr int map_steps = 20;
+  const metrology::SurfaceRecord record = metrology::SurfaceRecord::load(options.file);
+  const Estimates estimates = metrology::analyse(record);
+  const compensation::Measurement measurement =
+      metrology::measurement_of(estimates, record.pose, record.against_first, beside_of(options));
+  const core::Table map = metrology::surface_map(record, estimates, map_steps),
+                    points = metrology::surface_points(record, estimates);
+  core::write_csv(options.out / "map.csv", map);
+  core::write_file(options.out / "map.svg", surface_picture(map, points));
+  core::write_csv(options.out / "residuals.csv", points);
+  write_estimates(options, estimates, measurement, "modes", over_time(estimates, "modes of the table's surface"),
+                  json_of(estimates), text_of(estimates) + residual_words(estimates, record.std));
 }
 
 void analyse_thermal(const MeasureOptions& options) {
@@ -168,17 +270,32 @@ void analyse_thermal(const MeasureOptions& options) {
 }  // namespace
 
 void measure_analyse(const MeasureOptions& options) {
-  const bool rtest = std::filesystem::exists(options.file / "rtest.toml");
-  if (!rtest && !std::filesystem::exists(options.file / "channels.toml")) {
-    throw core::InputError(options.file.string(), "neither rtest.toml nor channels.toml",
-                           "a folder with rtest.toml and points.csv, or a measurement folder of an ISO 230-3 test");
+  const auto has = [&](const char* name) { return std::filesystem::exists(options.file / name); };
+  const std::vector<std::string> kinds{"rtest.toml", "grid.toml", "mandrel.toml", "surface.toml", "channels.toml"};
+  std::vector<std::string> found;
+  for (const std::string& kind : kinds)
+    if (has(kind.c_str())) found.push_back(kind);
+  if (found.size() != 1) {
+    throw core::InputError(options.file.string(), found.empty() ? "none of " + core::join(kinds) : core::join(found),
+                           "a folder with one of " + core::join(kinds) +
+                               ": an R-Test, a volumetric grid, a mandrel, a table's surface, or a measurement folder "
+                               "of an ISO 230-3 test");
   }
-  if (rtest && !options.ambient.empty())
-    throw core::UsageError("--ambient belongs to a measurement folder; an R-Test has no gradients per K");
-  if (!rtest && !options.record.empty())
-    throw core::UsageError("--record belongs to an R-Test; a measurement folder has its own loads and temperatures");
-  if (rtest) {
-    analyse_rtest(options);
+  const std::string& kind = found.front();
+  if (kind != "channels.toml" && !options.ambient.empty())
+    throw core::UsageError("--ambient belongs to a measurement folder; " + kind + " has no gradients per K");
+  if (kind == "channels.toml" && !options.record.empty())
+    throw core::UsageError("--record belongs to points or readings; a measurement folder has its own loads");
+  if (kind != "rtest.toml" && kind != "grid.toml" && !options.channels.empty())
+    throw core::UsageError("--channels belongs to an R-Test or a volumetric grid, not to " + kind);
+  if (kind == "rtest.toml") {
+    analyse_points(options, RTestRecord::load(options.file), false);
+  } else if (kind == "grid.toml") {
+    analyse_points(options, metrology::load_grid(options.file), true);
+  } else if (kind == "mandrel.toml") {
+    analyse_mandrel(options);
+  } else if (kind == "surface.toml") {
+    analyse_surface(options);
   } else {
     analyse_thermal(options);
   }

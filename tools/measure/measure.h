@@ -19,9 +19,9 @@ struct MeasureOptions : CommonOptions {
   int draws = 4000;
   std::uint64_t seed = 1;
   std::string fit = "geometric";
-  std::filesystem::path record;     ///< of analyse: loads and temperatures for the result's folder
-  std::string ambient;              ///< of analyse: the temperature of the gradients
-  std::string channels = "errors";  ///< of analyse: in the result's folder, or "points"
+  std::filesystem::path record;  ///< of analyse: loads and temperatures for the result's folder
+  std::string ambient;           ///< of analyse: the temperature of the gradients
+  std::string channels;          ///< of analyse: in the result's folder, "errors" or "points"; empty: by the record
 };
 
 struct MeasurePlanOptions : CommonOptions {
@@ -41,6 +41,8 @@ struct MeasureSimulateOptions : CommonOptions {
   std::uint64_t machine_seed = 0;  ///< of perturbed parameters; 0: nominal
   std::uint64_t seed = 1;          ///< of the noise
   std::string hide;                ///< "kind:where:value"; empty: nothing
+  std::vector<std::string> add;    ///< "EXX1=20": known errors from the second cycle on
+  bool surface = false;            ///< heights of the table's surface
   bool no_noise = false;
   double sensor_noise_K = 0.05;
   int draws = 0;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <map>
 
 #include "compensation/measurement/virtual_measurement.h"
 #include "core/error.h"
@@ -16,6 +17,7 @@
 #include "diagnosis/causes/parameter.h"
 #include "metrology/plan/plan_files.h"
 #include "metrology/plan/sphere.h"
+#include "metrology/twin/known_errors.h"
 #include "metrology/twin/record_folder.h"
 #include "metrology/twin/study.h"
 #include "tools/chain.h"
@@ -102,13 +104,18 @@ void measure_simulate(const MeasureSimulateOptions& options) {
     const std::vector<solver::Vector6> none(plan.points.size(), solver::Vector6::Zero());
     how.quantities = metrology::record_of(machine, plan.points, none, 1.0).errors;
   }
+  std::map<std::string, double> added;
+  for (const std::string& text : options.add) {
+    if (!added.insert(metrology::known_error(text)).second)
+      throw core::InputError("--add", "'" + text + "'", "each error once");
+  }
+  if (!added.empty() && !plan.is_rtest && plan.kind != "volumetric_grid")
+    throw core::UsageError("--add belongs to an R-Test or a volumetric grid, not to " + plan.kind);
+  how.surface = options.surface;
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   core::log_line(fmt::format("simulating {} points of {} on a machine of {} nodes", plan.points.size(), plan.kind,
                              full.mesh.nodes()));
-  const metrology::VirtualRun run = metrology::run_virtually(full, load, plan.points, how);
-  const double sensor_noise = options.no_noise ? 0.0 : options.sensor_noise_K;
-  metrology::write_record(options.out, options.plan, machine, plan, run, sensor_noise, options.seed);
-
+  metrology::VirtualRun run = metrology::run_virtually(full, load, plan.points, how);
   json result = {{"kind", plan.kind},           {"points", plan.points.size()}, {"nodes", full.mesh.nodes()},
                  {"steps", run.load.run.steps}, {"seconds", clock.seconds()},   {"folder", options.out.string()}};
   std::string text;
@@ -118,6 +125,9 @@ void measure_simulate(const MeasureSimulateOptions& options) {
     text = study_text(study);
     result["study"] = study_json(study);
   }
+  metrology::add_known_errors(machine, plan.points, added, run);
+  const double sensor_noise = options.no_noise ? 0.0 : options.sensor_noise_K;
+  metrology::write_record(options.out, options.plan, machine, plan, run, sensor_noise, options.seed);
   print_summary(options,
                 text + fmt::format("{} points of {} on {} nodes, {:.0f} s; record in {}\n", plan.points.size(),
                                    plan.kind, full.mesh.nodes(), clock.seconds(), options.out.string()),

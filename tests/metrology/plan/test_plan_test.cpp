@@ -185,6 +185,31 @@ TEST(TestPlan, IntervalsAreAsLongAsAsked) {
   EXPECT_EQ(plan.tested, "X");
 }
 
+TEST(TestPlan, AHeldPositionIsHeldInTheLoadProgram) {
+  const mesh::Machine machine = five_axis_machine();
+  PlanOptions options = short_plan(TestKind::random_cycle);
+  options.warm_up_h = 3;
+  options.loads = {"X"};
+  const TestPlan plan = make_plan(machine, options);
+  const solver::LoadProgram load =
+      solver::LoadProgram::parse(load_text(machine, plan.timeline, "test", std::nullopt, 20.0), "plan.toml", machine);
+  const solver::Channels channels(machine);
+  int held = 0;
+  for (const Stage& stage : plan.timeline.stages()) {
+    // A dwell of nearly the whole interval: the axis has gone to a position and stands there.
+    double dwell = 0.0;
+    for (const NcBlock& block : stage.blocks)
+      if (block.words.starts_with("G04")) dwell += block.duration;
+    if (stage.cycle > 0 || dwell < 290.0) continue;
+    ++held;
+    const double end = stage.start + stage.duration, middle = end - 0.5 * dwell;
+    const Eigen::VectorXd row = load.row(middle, end);
+    EXPECT_EQ(row[channels.index("axis.X.feed_mm_min")], 0.0) << stage.name;
+    EXPECT_NEAR(row[channels.index("axis.X.position_mm")], stage.axes[0].end / units::mm, 1e-9) << stage.name;
+  }
+  EXPECT_GT(held, 5);
+}
+
 TEST(TestPlan, RandomCyclesFollowTheirSeedAndLimits) {
   const mesh::Machine machine = five_axis_machine();
   PlanOptions options = short_plan(TestKind::random_cycle);

@@ -18,6 +18,7 @@ using compensation::Measurement;
 RTestAnalysis two_cycles() {
   RTestAnalysis analysis;
   analysis.errors = {"X0C", "A0C", "Y0B"};
+  analysis.units = {"um", "um/m", "um"};
   for (const double time : {100.0, 460.0}) {
     CycleResult cycle;
     cycle.time = time;

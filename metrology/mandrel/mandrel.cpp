@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/mandrel/mandrel.h"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "core/units.h"
+#include "metrology/rtest/result_folder.h"
+
+namespace thermotwin::metrology {
+
+using core::Absent;
+using core::InputError;
+using core::Node;
+using core::Table;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+namespace key = core::key;
+namespace units = core::units;
+
+namespace {
+
+constexpr double largest_um = 1e5;
+
+const std::vector<std::string>& quantity_names() {
+  static const std::vector<std::string> names{"dx", "dy", "dz", "ra", "rb", "rc"};
+  return names;
+}
+
+const core::KeyTable probe_table{
+    "probe",
+    "A probe beside the mandrel.",
+    {
+        key::text("id", core::required, "Its name; its readings are the column <id>_um."),
+        key::point("at_mm", "mm", core::required, "The place on the mandrel that it measures."),
+        key::point("direction", "", core::required, "Its reading rises when the mandrel moves in this direction."),
+        key::number("std_um", "um", core::positive, core::required, "Standard uncertainty of a reading."),
+        key::number("place_std_mm", "mm", core::non_negative, 0.0,
+                    "Standard uncertainty of each coordinate of `at_mm`."),
+    }};
+
+const core::KeyTable mandrel_file{
+    "mandrel.toml",
+    "Probes around a test mandrel for `measure analyse`, beside readings.csv.",
+    {
+        key::schema(),
+        key::tables("probe", probe_table, core::required, "One for each probe."),
+        key::point("point_mm", "mm", Absent{"0, 0, 0"},
+                   "Functional point at which the displacement is stated, in the frame of the probes' places."),
+        key::word("mandrel", {"spindle", "table"}, "spindle",
+                  "What carries the mandrel; the other one has the probes."),
+        key::texts("quantities", Absent{"all that the probes observe"},
+                   "Of dx, dy, dz, ra, rb, rc those that are estimated; each has to be observable."),
+        key::word("reference", {"first", "absolute"}, "first",
+                  "first: values against the first row; absolute: as read."),
+        key::text("pose", "", "Positions of the machine's axes, such as X=0,B=90, for diagnose."),
+    }};
+
+std::vector<MandrelProbe> read_mandrel_probes(const Node& root) {
+  std::vector<MandrelProbe> probes;
+  std::vector<std::string> seen;
+  for (const Node& node : root.tables("probe")) {
+    MandrelProbe probe;
+    probe.id = node.text("id");
+    core::require_unique_id(probe.id, node.place("id"), seen);
+    probe.at = node.vector3("at_mm") * units::mm;
+    probe.direction = node.vector3("direction");
+    const double length = probe.direction.norm();
+    if (!(length > 1e-9 && length < 1e9) || !(probe.at.norm() < 1e3)) {
+      throw InputError(node.place(length > 1e-9 && length < 1e9 ? "at_mm" : "direction"),
+                       fmt::format("a length of {:.3g}", length > 1e-9 && length < 1e9 ? probe.at.norm() : length),
+                       "a direction that is not 0, at a place within 1 km");
+    }
+    probe.direction /= length;
+    probe.std = node.number("std_um") * units::um;
+    probe.place_std = node.number("place_std_mm") * units::mm;
+    node.finish();
+    probes.push_back(std::move(probe));
+  }
+  if (probes.empty()) throw InputError(root.place("probe"), "no probe", "at least one [[probe]]");
+  return probes;
+}
+
+MatrixXd read_readings(const Table& table, const std::vector<MandrelProbe>& probes) {
+  if (table.rows() == 0) throw InputError(table.source, "no rows", "at least one row of readings");
+  core::require_time_column(table);
+  std::vector<std::string> names{"time_s"};
+  for (const MandrelProbe& probe : probes) names.push_back(probe.id + "_um");
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    if (std::find(names.begin(), names.end(), table.columns[c]) != names.end()) continue;
+    throw InputError(fmt::format("{}:1 column {}", table.source, c + 1), "'" + table.columns[c] + "'",
+                     "one of: " + core::join(names) + " (nearest: " + core::nearest(table.columns[c], names) + ")");
+  }
+  MatrixXd readings(table.rows(), std::ssize(probes));
+  for (Index p = 0; p < readings.cols(); ++p) {
+    const std::string& name = names[static_cast<std::size_t>(p) + 1];
+    const auto column = table.find(name);
+    if (!column) throw InputError(table.source + ":1", "no column " + name, "a column for each probe");
+    for (Index i = 0; i < readings.rows(); ++i) {
+      const double value = table.values(i, *column);
+      if (!(std::abs(value) <= largest_um)) {
+        throw InputError(
+            fmt::format("{}:{} {}", table.source, Table::line_of_row(i), name),
+            std::isnan(value) ? std::string("a missing reading") : fmt::format("{}", value),
+            fmt::format("a number of at most {:.0e} um; leave out the row in which a probe failed", largest_um));
+      }
+      readings(i, p) = value * units::um;
+    }
+  }
+  return readings;
+}
+
+/// (probes x quantities) of the unit displacements and rotations.
+MatrixXd rows_of(const MandrelRecord& record, const std::vector<std::string>& quantities) {
+  const std::vector<std::string>& all = quantity_names();
+  MatrixXd rows(std::ssize(record.probes), std::ssize(quantities));
+  const double sign = record.in_spindle ? 1.0 : -1.0;
+  for (Index p = 0; p < rows.rows(); ++p) {
+    const MandrelProbe& probe = record.probes[static_cast<std::size_t>(p)];
+    const Vector3d turn = (probe.at - record.point).cross(probe.direction);
+    for (Index q = 0; q < rows.cols(); ++q) {
+      const Index component = std::find(all.begin(), all.end(), quantities[static_cast<std::size_t>(q)]) - all.begin();
+      rows(p, q) = sign * (component < 3 ? probe.direction[component] : turn[component - 3]);
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+const core::KeyTable& mandrel_keys() { return mandrel_file; }
+
+MandrelRecord MandrelRecord::parse(const std::string& toml, const Table& readings, const std::string& source) {
+  const core::Config config = core::Config::parse(toml, source, &mandrel_keys());
+  const Node root = config.root();
+  root.schema(1);
+  MandrelRecord record;
+  record.source = source;
+  record.probes = read_mandrel_probes(root);
+  if (root.has("point_mm")) record.point = root.vector3("point_mm") * units::mm;
+  record.in_spindle = root.choice("mandrel") == "spindle";
+  record.against_first = root.choice("reference") == "first";
+  record.pose = root.text("pose");
+  require_pose_text(record.pose, root.place("pose"));
+  record.place_of_quantities = root.has("quantities") ? root.place("quantities") : root.place("probe");
+  for (const std::string& name : root.texts_or_empty("quantities")) {
+    const auto& known = quantity_names();
+    const bool twice = std::find(record.quantities.begin(), record.quantities.end(), name) != record.quantities.end();
+    if (twice || std::find(known.begin(), known.end(), name) == known.end())
+      throw InputError(record.place_of_quantities, "'" + name + (twice ? "' a second time" : "'"),
+                       "each once of: " + core::join(known));
+    record.quantities.push_back(name);
+  }
+  root.finish();
+  record.readings = read_readings(readings, record.probes);
+  record.time = readings.values.col(0);
+  return record;
+}
+
+MandrelRecord MandrelRecord::load(const std::filesystem::path& folder) {
+  for (const char* name : {"mandrel.toml", "readings.csv"}) {
+    if (!std::filesystem::is_regular_file(folder / name))
+      throw InputError(folder.string(), std::string("no file ") + name, "a folder with mandrel.toml and readings.csv");
+  }
+  const core::Config config = core::Config::load(folder / "mandrel.toml");
+  return parse(config.text(), core::read_csv(folder / "readings.csv"), config.source());
+}
+
+Estimates analyse(const MandrelRecord& record) {
+  const std::vector<std::string> asked = record.quantities.empty() ? quantity_names() : record.quantities;
+  const MatrixXd rows = rows_of(record, asked);
+  VectorXd weight(rows.rows());
+  for (Index p = 0; p < weight.size(); ++p) weight[p] = 1.0 / record.probes[static_cast<std::size_t>(p)].std;
+  const MatrixXd weighted = weight.asDiagonal() * rows;
+  const LinearFit shape = fit_linear(weighted, VectorXd::Zero(rows.rows()));
+  Estimates result;
+  std::vector<Index> kept;
+  for (Index q = 0; q < rows.cols(); ++q) {
+    const std::string& name = asked[static_cast<std::size_t>(q)];
+    if (!shape.hides(q)) {
+      kept.push_back(q);
+      result.errors.push_back(name);
+      result.units.emplace_back(name[0] == 'r' ? "um/m" : "um");
+      continue;
+    }
+    result.not_observable.push_back(name + ": not observable: " + shape.same_effect(asked, q, ""));
+  }
+  if (kept.empty() || (!record.quantities.empty() && !result.not_observable.empty())) {
+    throw InputError(
+        record.place_of_quantities, "a singular arrangement of probes: " + core::join(result.not_observable, "; "),
+        kept.empty() ? "probes that distinguish at least one quantity" : "quantities that the probes distinguish");
+  }
+  // The value of a hidden direction is free; the observable ones do not depend on it.
+  const MatrixXd solve = shape.cofactor * weighted.transpose();  // (quantities x probes), of weighted readings
+  Vector3d first_turn = Vector3d::Zero();
+  for (Index i = 0; i < record.readings.rows(); ++i) {
+    const VectorXd reading = record.readings.row(i);
+    const VectorXd value = solve * (weight.asDiagonal() * reading);
+    CycleResult cycle;
+    cycle.time = record.time[i];
+    cycle.parameters = static_cast<int>(rows.cols());
+    cycle.rank = cycle.parameters - static_cast<int>(shape.unobserved.cols());
+    cycle.degrees_of_freedom = rows.rows() - cycle.rank;
+    cycle.residual = reading - rows * value;
+    cycle.residual_rms = std::sqrt(cycle.residual.squaredNorm() / static_cast<double>(rows.rows()));
+    cycle.value = value(kept);
+    cycle.covariance = shape.cofactor(kept, kept);
+    Vector3d turn = Vector3d::Zero();
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      const auto& all = quantity_names();
+      const Index component = std::find(all.begin(), all.end(), result.errors[k]) - all.begin();
+      if (component >= 3) turn[component - 3] = cycle.value[static_cast<Index>(k)];
+    }
+    // A wrong place acts on the change that is stated, in all rows alike.
+    if (i == 0 && record.against_first) first_turn = turn;
+    VectorXd systematic(rows.rows());
+    for (Index p = 0; p < systematic.size(); ++p) {
+      const MandrelProbe& probe = record.probes[static_cast<std::size_t>(p)];
+      systematic[p] = std::pow(weight[p] * probe.place_std, 2) * probe.direction.cross(turn - first_turn).squaredNorm();
+    }
+    cycle.covariance += (solve * systematic.asDiagonal() * solve.transpose())(kept, kept);
+    result.cycles.push_back(std::move(cycle));
+  }
+  complete(result.cycles, record.against_first);
+  return result;
+}
+
+}  // namespace thermotwin::metrology
