@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-/// What most sources include, compiled once a target (THERMOTWIN_PRECOMPILED).
+/// What most sources include, compiled once (THERMOTWIN_PRECOMPILED).
 /// Each source still includes what it uses: the sanitizer presets build without this file.
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
@@ -21,3 +21,4 @@
 #include <vector>
 
 #include "core/dense_algebra.h"
+#include "core/matrix_kernels.h"

@@ -51,7 +51,7 @@ LowRank low_rank(const MatrixXd& matrix, double tolerance) {
   if (matrix == matrix.transpose()) {
     // Terms are positive semidefinite and have few directions: those of the factor cost a hundredth of the matrix's.
     if (const MatrixXd factor = factor_of(matrix, tolerance); factor.cols() > 0 && 2 * factor.cols() < matrix.cols()) {
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(factor.transpose() * factor);
+      const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(factor.transpose() * factor));
       const VectorXd& values = solver.eigenvalues();
       const Index kept = (values.array() > tolerance * values.maxCoeff()).count();
       result.left = factor * solver.eigenvectors().rightCols(kept);

@@ -96,7 +96,7 @@ VectorXd workspace_weights(const std::vector<std::string>& known, const std::str
     if (wanted.size() > n) continue;
     MatrixXd rows(n, wanted.size());
     for (Index i = 0; i < n; ++i) rows.row(i) = row_of(basis, x.row(i));
-    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> factor(rows.transpose());
+    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> factor(MatrixXd(rows.transpose()));
     if (factor.rank() < wanted.size()) continue;
     return factor.solve(wanted.transpose());
   }

@@ -11,6 +11,7 @@
 #include "core/base64.h"
 #include "core/page_text.h"
 #include "core/text.h"
+#include "core/view_script.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
@@ -190,7 +191,7 @@ std::string scene_html(const Scene& scene) {
              "\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]",
              extent.x(), extent.y(), extent.z(), core::base64(points), core::base64(triangles), core::base64(marks),
              dots) +
-         "}</script>\n<script>" + scene_script + "</script>\n";
+         "}</script>\n<script>" + core::view_script + scene_script + "</script>\n";
 }
 
 }  // namespace thermotwin::diagnosis

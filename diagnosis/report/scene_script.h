@@ -14,7 +14,8 @@ inline const char* const scene_script = R"JS(
     marks = new Uint8Array(bytes(scene.marks));
   const count = marks.length, nodes = points.length / 3, centre = scene.extent.map(e => e / 2);
   const seen = new Float32Array(3 * nodes), depth = new Float32Array(count), order = new Uint32Array(count);
-  let azimuth = -0.9, elevation = 0.45, zoom = 1, drawn = 0;
+  const view = sceneView(canvas, -0.9, 0.45, draw);
+  let drawn = 0;
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   // As wide as the page, so that labels keep their size on a narrow one.
@@ -24,9 +25,9 @@ inline const char* const scene_script = R"JS(
     w = Math.max(300, Math.round(canvas.clientWidth) || 1100); h = Math.round(Math.max(340, 0.51 * w));
     canvas.width = w * ratio; canvas.height = h * ratio;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const ce = Math.cos(elevation), se = Math.sin(elevation), span = [1e9, -1e9, 1e9, -1e9];
+    const ce = Math.cos(view.elevation), se = Math.sin(view.elevation), span = [1e9, -1e9, 1e9, -1e9];
     for (const turn of [-0.25, 0, 0.25]) {
-      const ca = Math.cos(azimuth + turn), sa = Math.sin(azimuth + turn);
+      const ca = Math.cos(view.azimuth + turn), sa = Math.sin(view.azimuth + turn);
       for (let n = 0; n < nodes; n += 3) {
         const [x, y, z] = centre.map((m, i) => points[3 * n + i] / 65535 - m), right = ca * x + sa * y,
           up = ce * z + se * (ca * y - sa * x);
@@ -39,8 +40,9 @@ inline const char* const scene_script = R"JS(
   }
 
   function draw() {
-    const scale = zoom * fit;
-    const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+    const scale = view.zoom * fit;
+    const ca = Math.cos(view.azimuth), sa = Math.sin(view.azimuth), ce = Math.cos(view.elevation),
+      se = Math.sin(view.elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];
       const right = ca * x + sa * y, away = -sa * x + ca * y;
@@ -93,26 +95,13 @@ inline const char* const scene_script = R"JS(
       context.strokeText(label, p[0] + 9, p[1] + 4); context.fillText(label, p[0] + 9, p[1] + 4);
     }
     canvas.dataset.drawn = ++drawn;
-    canvas.dataset.angle = azimuth.toFixed(3);
+    canvas.dataset.angle = view.azimuth.toFixed(3);
   }
 
-  let last = null;
-  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId);
-    });
-  canvas.addEventListener("pointerup", () => { last = null; });
-  canvas.addEventListener("pointermove", e => {
-    if (!last) return;
-    azimuth -= (e.clientX - last[0]) * 0.008;
-    elevation = Math.max(-1.5, Math.min(1.5, elevation + (e.clientY - last[1]) * 0.008));
-    last = [e.clientX, e.clientY];
-    requestAnimationFrame(draw);
-  });
-  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001);
-    requestAnimationFrame(draw); }, { passive: false });
   resize();
   window.addEventListener("resize", () => { resize(); draw(); });
   draw();
-  if (location.hash === "#turn") { azimuth += 0.6; draw(); }
+  if (location.hash === "#turn") { view.azimuth += 0.6; draw(); }
 })();
 )JS";
 

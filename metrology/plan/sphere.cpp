@@ -43,13 +43,13 @@ Pose pose_on_sphere(const mesh::Machine& machine, const Pose& rotary, const Vect
     if (machine.axes[i].kind == AxisKind::linear) linear.push_back(i);
   Pose pose = rotary;
   const Vector3d start = apart(pose);
-  Eigen::Matrix3Xd ways(3, std::ssize(linear));
+  Eigen::MatrixXd ways(3, std::ssize(linear));
   for (Index k = 0; k < ways.cols(); ++k) {
     Pose moved = pose;
     moved[linear[k]] += 0.1;
     ways.col(k) = (apart(moved) - start) / 0.1;  // exact: linear axes move in a straight line
   }
-  const Eigen::VectorXd by = ways.completeOrthogonalDecomposition().solve(-start);
+  const Eigen::VectorXd by = ways.completeOrthogonalDecomposition().solve(Eigen::VectorXd(-start));
   for (Index k = 0; k < ways.cols(); ++k) pose[linear[k]] += by[k];
   if (const double left = apart(pose).norm(); left > 1e-9) {
     throw InputError(place, fmt::format("the linear axes leave the tool {:.4g} mm from the sphere", 1e3 * left),

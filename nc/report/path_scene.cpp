@@ -12,6 +12,7 @@
 #include "core/base64.h"
 #include "core/html_page.h"
 #include "core/units.h"
+#include "core/view_script.h"
 #include "nc/report/path_scene_script.h"
 
 namespace thermotwin::nc {
@@ -73,7 +74,7 @@ std::string path_scene_html(const PathPoints& path, const std::string& below) {
              "Error along the path", below,
              controls + legend + "<canvas id=\"path\" width=\"1100\" height=\"620\"></canvas>\n" + note) +
          "<script type=\"application/json\" id=\"path-data\">" + path_json(path.points()) + "</script>\n<script>" +
-         path_scene_script + "</script>\n";
+         core::view_script + path_scene_script + "</script>\n";
 }
 
 }  // namespace thermotwin::nc

@@ -32,7 +32,8 @@ inline const char* const path_scene_script = R"JS(
       box[1][c] = Math.max(box[1][c], place[3 * n + c]); }
   const centre = [0, 1, 2].map(c => (box[0][c] + box[1][c]) / 2),
     extent = Math.hypot(...[0, 1, 2].map(c => box[1][c] - box[0][c])) || 1;
-  let choice = 0, low = 0, high = 1, azimuth = -0.6, elevation = 0.6, zoom = 1, wide = 1100, tall = 620, at = 0;
+  const view = sceneView(canvas, -0.6, 0.6, draw);
+  let choice = 0, low = 0, high = 1, wide = 1100, tall = 620, at = 0;
 
   function setRange() {
     const values = [];
@@ -50,8 +51,10 @@ inline const char* const path_scene_script = R"JS(
   }
   const text = v => v.toFixed(2).replace("-", "\u2212");
   function draw() {
-    const scale = zoom * 0.92 * Math.min(wide, tall / 0.7) / extent, ca = Math.cos(azimuth), sa = Math.sin(azimuth),
-      ce = Math.cos(elevation), se = Math.sin(elevation), x = new Float32Array(count), y = new Float32Array(count);
+    const scale = view.zoom * 0.92 * Math.min(wide, tall / 0.7) / extent,
+      ca = Math.cos(view.azimuth), sa = Math.sin(view.azimuth),
+      ce = Math.cos(view.elevation), se = Math.sin(view.elevation), x = new Float32Array(count),
+      y = new Float32Array(count);
     for (let i = 0; i < count; ++i) {
       const [u, v, w] = of(place, i).map((p, c) => p - centre[c]), away = ca * v - sa * u;
       x[i] = wide / 2 + scale * (ca * u + sa * v); y[i] = tall / 2 - scale * (ce * w + se * away);
@@ -106,30 +109,15 @@ inline const char* const path_scene_script = R"JS(
   $("path-choice").addEventListener("change", e => { choice = Number(e.target.value); setRange(); show(); });
   $("path-time").addEventListener("input", show);
   $("path-rapid").addEventListener("change", draw);
-  let last = null;
-  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY];
-    canvas.setPointerCapture(e.pointerId); });
-  canvas.addEventListener("pointerup", () => { last = null; });
-  canvas.addEventListener("pointermove", e => {
-    if (!last) return;
-    azimuth -= (e.clientX - last[0]) * 0.008;
-    elevation = Math.max(-1.5, Math.min(1.57, elevation + (e.clientY - last[1]) * 0.008));
-    last = [e.clientX, e.clientY];
-    requestAnimationFrame(draw);
-  });
-  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001);
-    requestAnimationFrame(draw); }, { passive: false });
 
-  const view = new URLSearchParams(location.hash.slice(1)), number = (name, otherwise) => view.has(name) ?
-    Number(view.get(name)) : otherwise;
-  choice = Math.max(0, Math.min(number("colour", 0), choices.length - 1));
-  azimuth += number("turn", 0);
+  choice = Math.max(0, Math.min(askedNumber("colour", 0), choices.length - 1));
+  view.azimuth += askedNumber("turn", 0);
   $("path-choice").value = choice;
   // The moment when the error is largest tells most.
   let worst = 0;
   for (let i = 0; i < count; ++i) if ((!rapid[i] || !cuts) && choices[0][1](i) > choices[0][1](worst)) worst = i;
-  $("path-time").value = view.has("time") ? 1000 * number("time", 1) : 1000 * time[worst] / (time[count - 1] || 1);
-  $("path-rapid").checked = number("rapid", 1) > 0;
+  $("path-time").value = 1000 * askedNumber("time", time[worst] / (time[count - 1] || 1));
+  $("path-rapid").checked = askedNumber("rapid", 1) > 0;
   resize();
   window.addEventListener("resize", () => { resize(); draw(); });
   setRange();

@@ -14,20 +14,12 @@
 
 #include "nc/motion/axis_motion.h"
 #include "nc/prediction/prediction.h"
+#include "nc/rewrite/displaced_move.h"
+#include "nc/rewrite/line_modes.h"
 #include "nc/rewrite/program_line.h"
+#include "nc/rewrite/rewrite_options.h"
 
 namespace thermotwin::nc {
-
-struct RewriteOptions {
-  double tolerance = 0.5e-6;     ///< m
-  double largest_offset = 1e-3;  ///< m; beyond it the program is refused
-  std::vector<WordRule> words;   ///< of the control profile: the path takes what stands in their place
-};
-
-struct RewriteSummary {
-  long lines_before = 0, lines_after = 0, changed = 0, split = 0, written_out = 0;
-  double largest_um = 0;  ///< displacement
-};
 
 class PathRewriter {
 public:
@@ -53,29 +45,31 @@ private:
     std::string place;
     std::size_t number = 0;
     int expected = 0, done = 0;  ///< moves
-    bool absolute = true, arc_absolute = false, inverse_time = false, cycle = false, machine = false;
+    LineModes modes;
     bool skipped = false, settled = false;
     Frame frame;               ///< behind it
     std::string before, text;  ///< lines that come instead of it, and the line itself
     bool edited = false;
   };
 
+  /// A line or arc that is written for a share of a move.
+  struct Piece {
+    double begin = 0, end = 1;
+    Nine target;  ///< m and rad
+    bool is_whole() const { return begin == 0.0 && end == 1.0; }
+  };
+
   ProgramLine line_of(const std::string& file, std::size_t number) const;
   void settle(Entry& entry);
-  void scan(Entry& entry, const ProgramLine& line);
   void flush();
   void emit(Entry& entry);
   void edit(Entry& entry, const PredictedMove& predicted);
   void stay(Entry& entry) const;
-  void cycle_move(Entry& entry, const PredictedMove& predicted);
-  Eigen::Vector3d displacement(const Move& move, const PredictedMove& predicted, double u) const;
-  Nine set_end(ProgramLine& line, const Entry& entry, const Source& source, Nine target, bool whole) const;
-  void set_centre(ProgramLine& line, const Entry& entry, const Source& source, const Eigen::Vector3d& start,
-                  const Eigen::Vector3d& centre) const;
-  /// Ends of the pieces of a block, as shares of it; the last one is 1.
-  void find_pieces(const Move& move, const PredictedMove& predicted, double u0, double u1, const Eigen::Vector3d& d0,
-                   const Eigen::Vector3d& d1, int depth, std::vector<double>& ends) const;
-  [[noreturn]] void refuse(const Entry& entry, const std::string& value, const std::string& allowed) const;
+  void cycle_move(Entry& entry, const DisplacedMove& displaced);
+  void write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece);
+  void write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached,
+                 bool changed) const;
+  static void write_out_feed(ProgramLine& line, const Entry& entry, const Source& source);
 
   ProgramText lines_;
   std::string name_;
@@ -85,12 +79,12 @@ private:
   RewriteSummary summary_;
   bool flat_ = true;                                   ///< every line runs once, in order
   bool began_ = false, code_ = false;                  ///< a line, a line with words has left, where it is not flat
-  std::string place_;                                  ///< file:line of the move that is edited
   mutable std::map<std::string, ProgramText> others_;  ///< files of subprograms
   std::deque<Entry> entries_;
   std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat
   Nine at_;                  ///< where the rewritten program has the control, m and rad
-  bool placed_ = false, absolute_ = true, arc_absolute_ = false, inverse_time_ = false, cycle_ = false;
+  bool placed_ = false;
+  LineModes modes_;  ///< behind the last line that ran
 };
 
 }  // namespace thermotwin::nc

@@ -11,7 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "nc/rewrite/path_rewriter.h"
+#include "nc/motion/axis_motion.h"
+#include "nc/prediction/prediction.h"
+#include "nc/rewrite/program_line.h"
+#include "nc/rewrite/rewrite_options.h"
 
 namespace thermotwin::nc {
 

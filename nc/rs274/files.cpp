@@ -40,6 +40,43 @@ bool is_python(const std::string& line) {
   return false;
 }
 
+/// A letter with an unsigned number in a line.
+struct Code {
+  char letter = 0;  ///< upper case
+  double value = 0;
+  std::size_t length = 0;  ///< characters; 0: there is none
+};
+
+Code code_at(const std::string& line, std::size_t i) {
+  const auto is_letter = [&](std::size_t at) { return std::isalpha(static_cast<unsigned char>(line[at])) != 0; };
+  if (!is_letter(i) || (i > 0 && is_letter(i - 1))) return {};
+  std::size_t digits = i + 1;
+  while (digits < line.size() && (line[digits] == ' ' || line[digits] == '\t')) ++digits;
+  if (digits == line.size() || line[digits] == '-') return {};
+  Code code;
+  // Digits and a point alone: strtod reads 0X45 of "G0X45" as a hexadecimal number.
+  const auto [end, error] =
+      std::from_chars(line.data() + digits, line.data() + line.size(), code.value, std::chars_format::fixed);
+  if (error != std::errc()) return {};
+  code.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(line[i])));
+  code.length = end - (line.data() + i);
+  return code;
+}
+
+bool is_of(const Code& code, const Rule& rule) {
+  return rule.letter == code.letter && rule.number > code.value - 1e-6 && rule.number < code.value + 1e-6;
+}
+
+/// The last rule of a word, or one met before that takes the word along; null: there is none.
+const Rule* rule_for(const Code& code, const std::vector<Rule>& rules, const std::vector<const Rule*>& met) {
+  const Rule* rule = nullptr;
+  for (const Rule& candidate : rules)
+    if (is_of(code, candidate)) rule = &candidate;
+  for (const Rule* before : met)
+    if (before->second.find(code.letter) != std::string::npos) rule = before;
+  return rule;
+}
+
 /// The whole file with rules applied, or null where nothing in it changes.
 char* rewritten_text(FILE* file, std::size_t& size) {
   std::string out;
@@ -138,44 +175,25 @@ std::string rewritten_line(const std::string& line, const std::vector<Rule>& rul
     }
     if (c == '<') named = true;
     if (c == '>') named = false;
-    const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    const bool word = !named && std::isalpha(static_cast<unsigned char>(c)) != 0 &&
-                      (i == 0 || std::isalpha(static_cast<unsigned char>(line[i - 1])) == 0);
-    std::size_t digits = i + 1;
-    while (digits < line.size() && (line[digits] == ' ' || line[digits] == '\t')) ++digits;
-    double value = 0.0;
-    // Digits and a point alone: strtod reads 0X45 of "G0X45" as a hexadecimal number.
-    const auto [end, error] = std::from_chars(line.data() + std::min(digits, line.size()), line.data() + line.size(),
-                                              value, std::chars_format::fixed);
-    if (word && digits < line.size() && line[digits] != '-' && error == std::errc()) {
-      const Rule* rule = nullptr;
-      for (const Rule& candidate : rules)
-        if (candidate.letter == letter && candidate.number > value - 1e-6 && candidate.number < value + 1e-6)
-          rule = &candidate;
-      // Words that go with one before them.
-      for (const Rule* before : met)
-        if (before->second.find(letter) != std::string::npos) rule = before;
-      const std::size_t length = end - (line.data() + i);
-      if (rule != nullptr && rule->action == Rule::Action::refuse)
-        throw line.substr(i, length) + (rule->text.empty() ? "" : " " + rule->text);
-      if (rule != nullptr) {
-        const bool own = rule->letter == letter && rule->number > value - 1e-6 && rule->number < value + 1e-6;
-        if (own) {
-          met.push_back(rule);
-          const std::size_t comment = std::min(rule->text.find('('), rule->text.size());
-          if (rule->action == Rule::Action::replace) out += rule->text.substr(0, comment);
-          if (marker.empty() || comment < rule->text.size()) marker = rule->text.substr(comment);
-          if (marker.empty()) marker = left_out;
-        }
-        i += length;
-        continue;
-      }
-      out += line.substr(i, length);
-      i += length;
+    const Code code = named ? Code{} : code_at(line, i);
+    if (code.length == 0) {
+      out += c;
+      ++i;
       continue;
     }
-    out += c;
-    ++i;
+    const Rule* const rule = rule_for(code, rules, met);
+    if (rule == nullptr) {
+      out += line.substr(i, code.length);
+    } else if (rule->action == Rule::Action::refuse) {
+      throw line.substr(i, code.length) + (rule->text.empty() ? "" : " " + rule->text);
+    } else if (is_of(code, *rule)) {
+      met.push_back(rule);
+      const std::size_t comment = std::min(rule->text.find('('), rule->text.size());
+      if (rule->action == Rule::Action::replace) out += rule->text.substr(0, comment);
+      if (marker.empty() || comment < rule->text.size()) marker = rule->text.substr(comment);
+      if (marker.empty()) marker = left_out;
+    }
+    i += code.length;
   }
   // The interpreter takes the last comment of a line only.
   return out + marker + line.substr(std::min(i, line.size()));

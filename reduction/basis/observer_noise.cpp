@@ -6,11 +6,11 @@
 
 #include <cmath>
 #include <iterator>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
 #include "core/range.h"
 #include "mesh/machine_mesh.h"
+#include "reduction/linear/matrix_exponential.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -78,7 +78,7 @@ ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, 
   MatrixXd k = system.conduction;
   for (Index j = 0; j < standing.size(); ++j)
     if (standing(j) != 0.0) k += standing(j) * system.terms[j];
-  const MatrixXd f = MatrixXd(-options.interval_s * system.capacity.partialPivLu().solve(k)).exp();
+  const MatrixXd f = matrix_exponential(-options.interval_s * system.capacity.partialPivLu().solve(k));
   const MatrixXd q = non_negative(prior - f * prior * f.transpose());
   VectorXd variance(sensors);
   for (Index s = 0; s < sensors; ++s) variance(s) = std::pow(model.machine.sensors[s].uncertainty, 2);

@@ -37,18 +37,18 @@ ArnoldiPairs arnoldi(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)
     basis.col(size) = next / length;
   }
   const double beyond = size < steps ? 0.0 : h(steps, steps - 1);
-  const Eigen::EigenSolver<Eigen::MatrixXd> ritz(h.topLeftCorner(size, size));
+  const Eigen::EigenSolver<Eigen::MatrixXd> ritz(Eigen::MatrixXd(h.topLeftCorner(size, size)));
+  const Eigen::MatrixXcd vectors = ritz.eigenvectors();
   std::vector<Index> good;
   for (Index k = 0; k < size; ++k) {
-    if (beyond * std::abs(ritz.eigenvectors()(size - 1, k)) <= accuracy * std::abs(ritz.eigenvalues()(k)))
-      good.push_back(k);
+    if (beyond * std::abs(vectors(size - 1, k)) <= accuracy * std::abs(ritz.eigenvalues()(k))) good.push_back(k);
   }
   std::stable_sort(good.begin(), good.end(),
                    [&](Index a, Index b) { return std::abs(ritz.eigenvalues()(a)) > std::abs(ritz.eigenvalues()(b)); });
   ArnoldiPairs pairs{Eigen::VectorXcd(good.size()), Eigen::MatrixXcd(n, good.size())};
   for (std::size_t k = 0; k < good.size(); ++k) {
     pairs.values(k) = ritz.eigenvalues()(good[k]);
-    const Eigen::VectorXcd y = ritz.eigenvectors().col(good[k]);
+    const Eigen::VectorXcd y = vectors.col(good[k]);
     Eigen::VectorXcd x(n);
     x.real() = basis.leftCols(size) * y.real();
     x.imag() = basis.leftCols(size) * y.imag();

@@ -20,6 +20,8 @@ void dsygvd_(const int*, const char*, const char*, const int*, double*, const in
              double*, const int*, int*, const int*, int*);
 void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*, const int*, int*, const int*,
              int*);
+void zheev_(const char*, const char*, const int*, thermotwin_complex*, const int*, double*, thermotwin_complex*,
+            const int*, double*, int*);
 void dpstrf_(const char*, const int*, double*, const int*, int*, int*, const double*, double*, int*);
 void dgesdd_(const char*, const int*, const int*, double*, const int*, double*, double*, const int*, double*,
              const int*, double*, const int*, int*, int*);
@@ -151,6 +153,16 @@ SymmetricPair symmetric_eigen(MatrixXd matrix) {
   require(info, "the symmetric eigenproblem", n);
   result.vectors = std::move(matrix);
   return result;
+}
+
+double largest_eigenvalue(MatrixXcd matrix) {
+  const int n = extent(matrix.rows()), size = 2 * n;
+  Eigen::VectorXd values(n), real_work(3 * n);
+  Eigen::VectorXcd work(size);
+  int info = 0;
+  zheev_("N", "L", &n, matrix.data(), &n, values.data(), work.data(), &size, real_work.data(), &info);
+  require(info, "the Hermitian eigenproblem", n);
+  return values(n - 1);
 }
 
 MatrixXd pivoted_cholesky(MatrixXd matrix, double least) {

@@ -30,6 +30,10 @@ std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric);
 /// M V = V diag(values), V^T V = 1, values rising. M is symmetric; only its lower triangle is read.
 SymmetricPair symmetric_eigen(MatrixXd matrix);
 
+/// The largest eigenvalue of a Hermitian matrix; only its lower triangle is read. For small matrices: one core, also on
+/// the thread pool.
+double largest_eigenvalue(MatrixXcd matrix);
+
 /// @return F (n x rank) with F F^T = M. Pivoting ends when the largest remaining diagonal entry is below `least` times
 /// the largest one of M. M is symmetric and positive semidefinite; only its lower triangle is read.
 MatrixXd pivoted_cholesky(MatrixXd matrix, double least);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/systems/frequency_sweep.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -96,8 +94,7 @@ double largest_singular_value(const MatrixXcd& matrix) {
   const MatrixXcd scaled = matrix / size;
   const bool wide = matrix.cols() > matrix.rows();
   const MatrixXcd gram = wide ? MatrixXcd(scaled * scaled.adjoint()) : MatrixXcd(scaled.adjoint() * scaled);
-  return size *
-         std::sqrt(Eigen::SelfAdjointEigenSolver<MatrixXcd>(gram, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+  return size * std::sqrt(lapack::largest_eigenvalue(gram));
 }
 
 ReducedResponse::ReducedResponse(const ReducedLinearSystem& system) {

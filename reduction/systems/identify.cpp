@@ -9,12 +9,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
 #include "core/first_order_lag.h"
 #include "core/range.h"
 #include "reduction/linear/lapack.h"
+#include "reduction/linear/matrix_exponential.h"
 #include "reduction/systems/system_solver.h"
 #include "solver/campaign/load_result.h"
 
@@ -324,7 +324,7 @@ MatrixXd Identification::predict(const ReducedLinearSystem& model, const Samples
       MatrixXd both = MatrixXd::Zero(2 * r, 2 * r);
       both.topLeftCorner(r, r) = length * model.A;
       both.topRightCorner(r, r) = length * MatrixXd::Identity(r, r);
-      const MatrixXd moved = both.exp();
+      const MatrixXd moved = matrix_exponential(both);
       step = steps.emplace(length, std::pair{MatrixXd(moved.topLeftCorner(r, r)), MatrixXd(moved.topRightCorner(r, r))})
                  .first;
     }

@@ -97,7 +97,7 @@ std::vector<Complex> ritz_values(const StateSpace& system, const MatrixXd& colum
   const MatrixXd u = orthonormal_range(columns);
   const MatrixXd e = u.transpose() * (system.E * u), a = u.transpose() * (system.A * u);
   std::vector<Complex> values;
-  const Eigen::EigenSolver<MatrixXd> pencil(e.partialPivLu().solve(a), false);
+  const Eigen::EigenSolver<MatrixXd> pencil(MatrixXd(e.partialPivLu().solve(a)), false);
   if (pencil.info() != Eigen::Success) return values;
   constexpr double nearly_real = 1e-7;
   for (const Complex& value : pencil.eigenvalues()) {

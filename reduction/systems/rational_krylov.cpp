@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "core/progress.h"
 #include "core/thread_pool.h"
+#include "reduction/linear/orthonormal.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -42,13 +42,6 @@ MatrixXd real_span(const Points& points, const MatrixXcd& columns) {
   MatrixXd span(columns.rows(), std::ssize(real_columns));
   for (std::size_t k = 0; k < real_columns.size(); ++k) span.col(k) = real_columns[k].normalized();
   return span;
-}
-
-MatrixXd orthonormal(const MatrixXd& columns) {
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(columns);
-  constexpr double independent = 1e-12;
-  qr.setThreshold(independent);
-  return qr.householderQ() * MatrixXd::Identity(columns.rows(), qr.rank());
 }
 
 struct Spans {
@@ -87,8 +80,9 @@ Spans spans_at(const Points& points, const Small& system) {
 
 /// Spans of equal width, the smaller one's.
 void make_orthonormal(Spans& spans) {
-  spans.right = orthonormal(spans.right);
-  spans.left = orthonormal(spans.left);
+  constexpr double independent = 1e-12;
+  spans.right = orthonormal(spans.right, independent);
+  spans.left = orthonormal(spans.left, independent);
   const Index width = std::min(spans.right.cols(), spans.left.cols());
   spans.right.conservativeResize(Eigen::NoChange, width);
   spans.left.conservativeResize(Eigen::NoChange, width);

@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "core/range.h"
 #include "core/text.h"
 #include "reduction/linear/lapack.h"
+#include "reduction/linear/orthonormal.h"
 #include "reduction/systems/rational_krylov.h"
 #include "reduction/systems/sparse_solver.h"
 
@@ -94,10 +94,8 @@ MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
   MatrixXd both(b.rows(), a.cols() + b.cols());
   both << a, b;
   for (Index k = 0; k < both.cols(); ++k) both.col(k).normalize();
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(both);
   constexpr double independent = 1e-8;
-  qr.setThreshold(independent);
-  return qr.householderQ() * MatrixXd::Identity(both.rows(), qr.rank());
+  return orthonormal(both, independent);
 }
 
 /// Whether x^T A x < 0 at this point, with E positive definite: any projection stays stable.

@@ -72,7 +72,8 @@ Functional thinned(const mesh::TetMesh& body, const Functional& functional) {
     gram += linear(node) * linear(node).transpose();
   }
   // A flat surface says nothing across itself: the least solution.
-  const Eigen::Matrix<double, 4, 3> factors = gram.completeOrthogonalDecomposition().solve(moments.transpose());
+  const Eigen::Matrix<double, 4, 3> factors =
+      Eigen::MatrixXd(gram).completeOrthogonalDecomposition().solve(Eigen::MatrixXd(moments.transpose()));
   Functional thin;
   for (const Index node : kept) {
     const Vector3d weight = factors.transpose() * linear(node);

@@ -12,6 +12,7 @@
 #include "core/page_text.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
+#include "core/view_script.h"
 #include "solver/elastic/tcp.h"
 #include "solver/export/machine_scene_script.h"
 
@@ -241,7 +242,7 @@ std::string machine_scene_html(const MachineScene& scene) {
                             controls + legend + "<canvas id=\"machine\" width=\"1100\" height=\"620\"></canvas>\n") +
          core::html_section("TCP error over time at the chosen pose", "a click sets the time", chart) +
          "<script type=\"application/json\" id=\"scene\">" + scene_json(scene) + "</script>\n<script>" +
-         machine_scene_script + "</script>\n";
+         core::view_script + machine_scene_script + "</script>\n";
 }
 
 }  // namespace thermotwin::solver

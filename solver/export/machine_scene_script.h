@@ -25,8 +25,9 @@ inline const char* const machine_scene_script = R"JS(
   const at = new Float32Array(3 * nodes), moved = new Float32Array(3 * nodes), seen = new Float32Array(3 * nodes),
     kelvin = new Float32Array(nodes);
   const depth = new Float32Array(count), order = new Uint32Array(count);
+  const view = sceneView(canvas, -0.75, 0.35, draw);
   let hottest = 0;
-  let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0, azimuth = -0.75, elevation = 0.35, zoom = 1,
+  let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0,
     drawn = 0, low = 0, high = 1, longest = 1, capped = false;
   const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = ["blue", "orange", "green"].map(c => getComputedStyle(document.querySelector("." + c)).color),
@@ -49,7 +50,7 @@ inline const char* const machine_scene_script = R"JS(
   // The largest scale at which the machine stays in the picture near the first view, about its middle there.
   let fit = 1, shift = [0, 0];
   function measure() {
-    const ce = Math.cos(elevation), se = Math.sin(elevation), span = [1e9, -1e9, 1e9, -1e9];
+    const ce = Math.cos(view.elevation), se = Math.sin(view.elevation), span = [1e9, -1e9, 1e9, -1e9];
     const reach = (p, ca, sa) => {
       const [x, y, z] = p.map((v, i) => v - centre[i]), right = ca * x + sa * y, up = ce * z + se * (ca * y - sa * x);
       span[0] = Math.min(span[0], right); span[1] = Math.max(span[1], right); span[2] = Math.min(span[2], up);
@@ -57,7 +58,7 @@ inline const char* const machine_scene_script = R"JS(
     };
     const far = scene.poses.filter((p, i, all) => i % Math.ceil(all.length / 30) === 0 || i === all.length - 1);
     for (const turn of [-0.25, 0, 0.25]) {
-      const ca = Math.cos(azimuth + turn), sa = Math.sin(azimuth + turn);
+      const ca = Math.cos(view.azimuth + turn), sa = Math.sin(view.azimuth + turn);
       for (const p of far) {
         reach(p.tool, ca, sa);
         for (let n = 0; n < nodes; n += 3) reach(place(p.frames, bodies[n], points[3 * n], points[3 * n + 1],
@@ -131,8 +132,9 @@ inline const char* const machine_scene_script = R"JS(
 
   let coloured = false;
   function draw() {
-    const w = wide, h = tall, scale = zoom * fit;
-    const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+    const w = wide, h = tall, scale = view.zoom * fit;
+    const ca = Math.cos(view.azimuth), sa = Math.sin(view.azimuth), ce = Math.cos(view.elevation),
+      se = Math.sin(view.elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];
       const right = ca * x + sa * y, away = -sa * x + ca * y;
@@ -163,7 +165,7 @@ inline const char* const machine_scene_script = R"JS(
     drawArrows(project);
     drawAxes(ca, sa, ce, se);
     canvas.dataset.drawn = ++drawn;
-    canvas.dataset.angle = azimuth.toFixed(3);
+    canvas.dataset.angle = view.azimuth.toFixed(3);
   }
   // A large triangle across many colours is halved along its sides until each part has about one.
   function paint(a, b, c, light, splits) {
@@ -299,31 +301,17 @@ inline const char* const machine_scene_script = R"JS(
     time = loads[load].hours.reduce((best, h, i, all) => Math.abs(h - hour) < Math.abs(all[best] - hour) ? i : best, 0);
     show();
   });
-  let last = null;
-  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId);
-    });
-  canvas.addEventListener("pointerup", () => { last = null; });
-  canvas.addEventListener("pointermove", e => {
-    if (!last) return;
-    azimuth -= (e.clientX - last[0]) * 0.008;
-    elevation = Math.max(-1.5, Math.min(1.5, elevation + (e.clientY - last[1]) * 0.008));
-    last = [e.clientX, e.clientY];
-    requestAnimationFrame(draw);
-  });
-  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001);
-    requestAnimationFrame(draw); }, { passive: false });
 
-  const view = new URLSearchParams(location.hash.slice(1)), number = (name, otherwise) => view.has(name) ?
-    Number(view.get(name)) : otherwise;
-  load = Math.min(number("load", scene.first), loads.length - 1);
-  pose = Math.min(number("pose", pose), scene.poses.length - 1);
-  azimuth += number("turn", 0);
+  load = Math.min(askedNumber("load", scene.first), loads.length - 1);
+  pose = Math.min(askedNumber("pose", pose), scene.poses.length - 1);
+  view.azimuth += askedNumber("turn", 0);
   time = 1e9;
   resize();
   window.addEventListener("resize", () => { resize(); draw(); drawChart(); });
   setLoad();
   // The moment when the error is largest tells most.
-  if (view.has("time")) time = Math.round(number("time", 1) * (loads[load].hours.length - 1));
+  const share = askedNumber("time", null);
+  if (share !== null) time = Math.round(share * (loads[load].hours.length - 1));
   else time = loads[load].errors.map(e => Math.hypot(e[3 * pose], e[3 * pose + 1], e[3 * pose + 2])).reduce((best, v,
     i, all) => v > all[best] ? i : best, 0);
   $("scene-load").value = load; $("scene-pose").value = pose;

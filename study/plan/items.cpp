@@ -24,17 +24,46 @@ std::vector<Item> materials_and_bodies(const mesh::Machine& machine, Kind kind) 
   return items;
 }
 
+std::vector<Item> sources(const mesh::Machine& machine, Kind kind) {
+  const bool scale = kind == Kind::source_power || kind == Kind::process_heat;
+  std::vector<Item> items;
+  for (const mesh::SourceSpec& source : machine.sources)
+    items.push_back({source.id, scale ? source.scale.std_percent : 0.0});
+  return items;
+}
+
+std::vector<Item> joints(const mesh::Machine& machine, Kind kind) {
+  const bool stiffness = kind == Kind::contact_stiffness;
+  std::vector<Item> items;
+  for (const mesh::JointSpec& joint : machine.joints) {
+    if (stiffness && !(joint.stiffness_normal.value > 0.0)) continue;
+    items.push_back({joint.id, stiffness ? joint.stiffness_normal.std_percent : joint.conductance.std_percent});
+  }
+  return items;
+}
+
+std::vector<Item> segments(const mesh::Machine& machine) {
+  std::vector<Item> items;
+  for (const mesh::CoolantSpec& coolant : machine.coolants)
+    for (const mesh::CoolantSegment& segment : coolant.segments)
+      items.push_back({coolant.id + "." + segment.id, segment.film_coefficient.std_percent});
+  return items;
+}
+
+std::vector<Item> exchanges(const mesh::Machine& machine) {
+  std::vector<Item> items;
+  for (const mesh::VolumeSpec& volume : machine.volumes)
+    for (const mesh::VolumeExchange& exchange : volume.exchanges)
+      items.push_back({volume.id + "." + exchange.with, exchange.conductance.std_percent});
+  return items;
+}
+
 }  // namespace
 
 std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
   std::vector<Item> items;
   switch (diagnosis::row_of(kind).target) {
-    case Target::source:
-      for (const mesh::SourceSpec& source : machine.sources) {
-        const bool scale = kind == Kind::source_power || kind == Kind::process_heat;
-        items.push_back({source.id, scale ? source.scale.std_percent : 0.0});
-      }
-      break;
+    case Target::source: return sources(machine, kind);
     case Target::film:
       for (const mesh::FilmSpec& film : machine.films)
         items.push_back({film.id, kind == Kind::film_coefficient ? film.coefficient.std_percent : 0.0});
@@ -42,31 +71,17 @@ std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
     case Target::ambient:
       for (const mesh::AmbientSpec& ambient : machine.ambients) items.push_back({ambient.id, 0.0});
       break;
-    case Target::joint:
-      for (const mesh::JointSpec& joint : machine.joints) {
-        const bool stiffness = kind == Kind::contact_stiffness;
-        if (stiffness && !(joint.stiffness_normal.value > 0.0)) continue;
-        items.push_back({joint.id, stiffness ? joint.stiffness_normal.std_percent : joint.conductance.std_percent});
-      }
-      break;
+    case Target::joint: return joints(machine, kind);
     case Target::coolant:
       for (const mesh::CoolantSpec& coolant : machine.coolants)
         items.push_back({coolant.id, kind == Kind::coolant_flow ? coolant.flow.std_percent : 0.0});
       break;
-    case Target::segment:
-      for (const mesh::CoolantSpec& coolant : machine.coolants)
-        for (const mesh::CoolantSegment& segment : coolant.segments)
-          items.push_back({coolant.id + "." + segment.id, segment.film_coefficient.std_percent});
-      break;
+    case Target::segment: return segments(machine);
     case Target::volume:
       for (const mesh::VolumeSpec& volume : machine.volumes) items.push_back({volume.id, volume.capacity.std_percent});
       break;
-    case Target::exchange:
-      for (const mesh::VolumeSpec& volume : machine.volumes)
-        for (const mesh::VolumeExchange& exchange : volume.exchanges)
-          items.push_back({volume.id + "." + exchange.with, exchange.conductance.std_percent});
-      break;
-    case Target::body: items = materials_and_bodies(machine, kind); break;
+    case Target::exchange: return exchanges(machine);
+    case Target::body: return materials_and_bodies(machine, kind);
     case Target::scale:
       for (const mesh::ScaleSpec& scale : machine.scales) items.push_back({scale.axis, scale.expansion.std_percent});
       break;

@@ -83,7 +83,7 @@ public:
     const Index n = matrix_.rows(), d = first_.cols();
     const Index most = std::max<Index>(0, n / 3 - matrix_.cols());
     std::vector<std::pair<double, Pair>> found;
-    const Eigen::LDLT<MatrixXd> factor(matrix_.transpose() * matrix_);
+    const Eigen::LDLT<MatrixXd> factor(MatrixXd(matrix_.transpose() * matrix_));
     const MatrixXd left = outputs - matrix_ * factor.solve(matrix_.transpose() * outputs);
     const double size = left.squaredNorm();
     if (!(size > 0.0)) return;
@@ -139,7 +139,7 @@ MatrixXd scores_of(const MatrixXd& outputs) {
   const MatrixXd centred = outputs.rowwise() - outputs.colwise().mean();
   const Index n = centred.rows();
   if (centred.cols() <= n) return centred;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(centred * centred.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(centred * centred.transpose()));
   const VectorXd squares = eigen.eigenvalues().cwiseMax(0.0);
   const double all = squares.sum();
   Index kept = 0;
@@ -204,7 +204,7 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
   Regression regression(values, distributions);
   regression.add_products(scores);
   const MatrixXd& x = regression.matrix();
-  const Eigen::LDLT<MatrixXd> factor(x.transpose() * x);
+  const Eigen::LDLT<MatrixXd> factor(MatrixXd(x.transpose() * x));
   const MatrixXd inverse_x = factor.solve(x.transpose());  // (columns x n)
   const MatrixXd coefficients = inverse_x * scores;
   const MatrixXd left = scores - x * coefficients;

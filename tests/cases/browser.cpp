@@ -73,6 +73,42 @@ void expect_self_contained(const std::filesystem::path& file) {
   EXPECT_NE(text.find("</html>"), std::string::npos) << file;
 }
 
+void expect_turns_and_zooms(const std::filesystem::path& file, const std::string& canvas,
+                            const std::filesystem::path& folder) {
+  // A hand on the mouse: checksums of the pictures before, after a drag and after a turn of the wheel.
+  const std::string hand = R"(<script>
+    (function () {
+      const canvas = document.getElementById(")" +
+                           canvas + R"(");
+      const picture = () => canvas.toDataURL().split("").reduce((sum, c) => (31 * sum + c.charCodeAt(0)) % 2147483647,
+        7);
+      const mouse = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { clientX: x, clientY: y }));
+      canvas.setPointerCapture = () => {};               // there is no such pointer
+      window.requestAnimationFrame = draw => { draw(); };  // without a frame in between
+      canvas.dataset.before = picture();
+      mouse("pointermove", 300, 200);
+      canvas.dataset.hovered = picture();
+      mouse("pointerdown", 300, 200); mouse("pointermove", 380, 230); mouse("pointerup", 380, 230);
+      canvas.dataset.turned = picture();
+      canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -400, cancelable: true }));
+      canvas.dataset.zoomed = picture();
+    })();
+    </script></html>)";
+  const std::filesystem::path copy = folder / "by_hand.html";
+  std::string text = core::read_file(file);
+  const auto end = text.rfind("</html>");
+  ASSERT_NE(end, std::string::npos) << file;
+  core::write_file(copy, text.substr(0, end) + hand);
+  const Page page = opened(copy, "", folder);
+  expect_quiet(page);
+  const auto of = [&](const char* moment) { return page.attribute_of(canvas, moment); };
+  EXPECT_NE(of("data-before"), "") << file;
+  EXPECT_EQ(of("data-hovered"), of("data-before")) << file << ": moves without a button";
+  EXPECT_NE(of("data-turned"), of("data-before")) << file;
+  EXPECT_NE(of("data-zoomed"), of("data-turned")) << file;
+  EXPECT_NE(of("data-zoomed"), "") << file;
+}
+
 void expect_quiet(const Page& page) {
   EXPECT_EQ(page.log.find(":CONSOLE"), std::string::npos) << page.log;
   EXPECT_NE(page.document.find("</html>"), std::string::npos);

@@ -27,6 +27,10 @@ Page followed(const std::string& address, const std::filesystem::path& folder);
 
 /// At most 5 MB, nothing from elsewhere, whole.
 void expect_self_contained(const std::filesystem::path& file);
+/// Dragging on the canvas with this id changes its picture, and so does the wheel.
+/// @param folder  for a copy of the page and the browser's own files
+void expect_turns_and_zooms(const std::filesystem::path& file, const std::string& canvas,
+                            const std::filesystem::path& folder);
 /// Opens, and no script complains.
 void expect_quiet(const Page& page);
 

@@ -56,6 +56,7 @@ TEST_F(NcPage, ChoicesChangeThePicture) {
   EXPECT_EQ(pictures.size(), std::size(views));
   const Page again = opened(page(), views[0], toy.path());
   EXPECT_TRUE(pictures.contains(again.attribute_of("path", "data-picture")));
+  expect_turns_and_zooms(page(), "path", toy.path());
 }
 
 // The point of the largest error is the one that the page begins with, and its line is in blocks.csv.

@@ -31,6 +31,7 @@ TEST(ReportPage, DrawsTheMachineAndTurnsIt) {
   EXPECT_NE(still.attribute("data-angle"), turned.attribute("data-angle"));
   for (const Page& page : {still, turned}) cases::expect_quiet(page);
   EXPECT_GE(std::count(still.document.begin(), still.document.end(), '\n'), 50);
+  cases::expect_turns_and_zooms(report, "machine", own.path());
 }
 
 /// Pictures of the machine and of its error over time under several views; all have to differ.
@@ -52,6 +53,7 @@ void expect_choices_change_the_picture(const std::filesystem::path& report) {
   EXPECT_EQ(charts.size(), std::size(views) - 1);  // a turn leaves the chart
   const Page again = opened(report, views[0], own.path());
   EXPECT_TRUE(machines.contains(again.attribute_of("machine", "data-picture")));
+  cases::expect_turns_and_zooms(report, "machine", own.path());
 }
 
 TEST(ReportPage, OfRunShowsLoadsPosesAndTimes) {

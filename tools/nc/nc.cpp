@@ -21,11 +21,11 @@
 #include "nc/prediction/prediction.h"
 #include "nc/report/operations.h"
 #include "nc/report/parts.h"
-#include "nc/report/path_samples.h"
 #include "nc/report/report.h"
-#include "nc/rewrite/path_rewriter.h"
-#include "nc/rewrite/shift_rewriter.h"
 #include "reduction/model/model_file.h"
+#include "tools/nc/blocks.h"
+#include "tools/nc/corrected_program.h"
+#include "tools/nc/page_content.h"
 #include "tools/page.h"
 
 namespace thermotwin::tools {
@@ -74,67 +74,6 @@ nc::Positions start_of(const NcOptions& options, const mesh::Machine& machine, c
   return present != nullptr ? present->pose() : mesh::home_pose(machine);
 }
 
-/// What the page shows, collected along the program.
-class Along {
-public:
-  Along(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits)
-      : beyond_(limits),
-        samples_(motion, [this](const nc::PathPoint& point) {
-          path_.add(point);
-          errors_.add(point);
-        }) {}
-  void add(const nc::PredictedMove& move) {
-    beyond_.add(move);
-    if (move.timed->element.source) {
-      samples_.add(move);
-      return;
-    }
-    nc::PathPoint point;
-    point.error_um = move.error_um;
-    point.std_um = move.field->error_std(move.std_um);
-    point.time = move.time;
-    point.rapid = move.timed->element.rapid;
-    errors_.add(point);
-  }
-  std::string page(const nc::Report& report, const nc::Operations& operations, const nc::Parts& parts) {
-    path_.finish();
-    return nc::report_page(report, path_, errors_, operations, beyond_, parts);
-  }
-  const nc::BeyondLimits& beyond() const { return beyond_; }
-
-private:
-  nc::PathPoints path_;
-  nc::ErrorOverTime errors_;
-  nc::BeyondLimits beyond_;
-  nc::PathSamples samples_;
-};
-
-std::string blocks_header(const mesh::Machine& machine, const std::vector<std::string>& axes) {
-  std::string text = "part,move,line,operation,tool,rapid,time_s";
-  for (const std::string& column : mesh::pose_columns(machine)) text += "," + column;
-  text += ",dx_um,dy_um,dz_um";
-  for (const std::string& axis : axes) text += ",offset_" + axis + "_um";
-  for (const std::string& axis : axes) text += ",std_" + axis + "_um";
-  return text + "\n";
-}
-
-std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& move, long number) {
-  const nc::MoveState& state = move.timed->element.state;
-  fmt::memory_buffer out;
-  const auto at = std::back_inserter(out);
-  fmt::format_to(at, "{},{},{},{},{},{:d},{:.6f}", state.part + 1, number, state.line, state.operation, state.tool,
-                 move.timed->element.rapid, move.time);
-  for (std::size_t i = 0; i < machine.axes.size(); ++i) {
-    const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
-    fmt::format_to(at, ",{:.6f}", move.end[i] / (linear ? units::mm : units::deg));
-  }
-  for (int i = 0; i < 3; ++i) fmt::format_to(at, ",{:.4f}", move.error_um[i]);
-  for (const double value : move.offset_um) fmt::format_to(at, ",{:.4f}", value);
-  for (const double value : move.std_um) fmt::format_to(at, ",{:.4f}", value);
-  fmt::format_to(at, "\n");
-  return fmt::to_string(out);
-}
-
 void require_spindle(const mesh::Machine& machine, const nc::MoveState& state, const std::string& file) {
   const double rpm = std::abs(state.spindle_rpm);
   if (machine.spindle_max_rpm > 0 && rpm > machine.spindle_max_rpm)
@@ -165,7 +104,7 @@ public:
       prediction.interval = options.row_s;
       predictor_ = std::make_unique<nc::Predictor>(*twin.model, std::move(present), start_, prediction,
                                                    [this](const nc::PredictedMove& move) { take_predicted(move); });
-      if (!options.no_page) along_ = std::make_unique<Along>(motion_, predictor_->limits());
+      if (!options.no_page) content_ = std::make_unique<PageContent>(motion_, predictor_->limits());
     }
   }
 
@@ -177,10 +116,13 @@ public:
       blocks_out_.open(folder / "blocks.csv", std::ios::binary);
       blocks_out_ << blocks_header(twin_.machine, predictor_->axes());
     }
-    begin_rewrite(folder);
+    if (!options_.rewrite.empty()) corrected_ = std::make_unique<CorrectedProgram>(options_, control_, motion_, folder);
     read();
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
-    finish_rewrite(folder, files);
+    if (corrected_) {
+      corrected_->finish();
+      files.emplace_back(corrected_->name());
+    }
     if (blocks) files.emplace_back("blocks.csv");
     close(rows_out_, "rows.csv");
     if (blocks) close(blocks_out_, "blocks.csv");
@@ -191,8 +133,8 @@ public:
       core::write_file(folder / "parts.csv", parts_.csv(predictor_->axes()));
       files.emplace_back("parts.csv");
     }
-    if (along_) {
-      write_page(folder / "report.html", [this] { return along_->page(report(), operations_, parts_); });
+    if (content_) {
+      write_page(folder / "report.html", [this] { return content_->page(report(), operations_, parts_); });
       if (std::filesystem::exists(folder / "report.html")) files.emplace_back("report.html");
     }
     return files;
@@ -240,17 +182,7 @@ public:
         json["drift_ahead_um"] = std::isfinite(ahead) ? nlohmann::json(ahead) : nlohmann::json();
       }
     }
-    if (path_ || shift_) {
-      const nc::RewriteSummary& rewrite = path_ ? path_->summary() : shift_->summary();
-      json["rewrite"] = {{"program", rewritten_},
-                         {"lines_before", rewrite.lines_before},
-                         {"lines_after", rewrite.lines_after},
-                         {"changed", rewrite.changed},
-                         {"split", rewrite.split},
-                         {"cycles_written_out", rewrite.written_out},
-                         {"largest_displacement_um", rewrite.largest_um}};
-      if (shift_) json["rewrite"]["largest_deviation_um"] = shift_->largest_left_um();
-    }
+    if (corrected_) json["rewrite"] = corrected_->json();
     return json;
   }
   std::string text() const {
@@ -262,11 +194,7 @@ public:
       for (std::size_t i = 0; i < predictor_->axes().size(); ++i)
         text += fmt::format("{} {} {:.2f} um", i > 0 ? "," : "", predictor_->axes()[i], largest_um_[i]);
     }
-    if (path_ || shift_) {
-      const nc::RewriteSummary& rewrite = path_ ? path_->summary() : shift_->summary();
-      text += fmt::format("\n{}: {} of {} lines changed, {} lines; largest displacement {:.2f} um", rewritten_,
-                          rewrite.changed, rewrite.lines_before, rewrite.lines_after, rewrite.largest_um);
-    }
+    if (corrected_) text += "\n" + corrected_->text();
     if (options_.repeat > 1 && predicted_ > 0) {
       const int good = parts_.first_good(options_.tolerance_um);
       text += fmt::format("\nfirst part within {:.3g} um of the last one: number {}, after {:.0f} s",
@@ -307,7 +235,7 @@ private:
       report.warm_up_s = report.first_good_part > 0 ? parts_.start_of(report.first_good_part) : 0.0;
       report.drift_ahead_um = parts_.drift_ahead();
     }
-    if (path_ || shift_) report.rewritten = fmt::format("{} is the corrected program.", rewritten_);
+    if (corrected_) report.rewritten = fmt::format("{} is the corrected program.", corrected_->name());
     report.next = next_steps();
     return report;
   }
@@ -328,34 +256,6 @@ private:
                      fmt::format("thermotwin compensate {} --in {}/rows.csv --out offsets.csv", model, out)});
     return steps;
   }
-  void begin_rewrite(const std::filesystem::path& folder) {
-    if (options_.rewrite.empty()) return;
-    rewritten_ = options_.program.stem().string() + ".corrected" + options_.program.extension().string();
-    nc::RewriteOptions rewrite;
-    rewrite.tolerance = options_.tolerance_um * units::um;
-    rewrite.words = control_.words;
-    program_out_.open(folder / rewritten_, std::ios::binary);
-    nc::ProgramText lines = nc::ProgramText::of_file(options_.program);
-    if (options_.rewrite == "shift") {
-      shift_ = std::make_unique<nc::ShiftRewriter>(std::move(lines), options_.program.string(), motion_, rewrite);
-      return;
-    }
-    path_ = std::make_unique<nc::PathRewriter>(std::move(lines), options_.program.string(), motion_, rewrite,
-                                               [this](const std::string& text) { program_out_ << text; });
-  }
-  void finish_rewrite(const std::filesystem::path& folder, std::vector<std::filesystem::path>& files) {
-    if (options_.rewrite.empty()) return;
-    if (shift_) shift_->finish([this](const std::string& text) { program_out_ << text; });
-    const bool differs = shift_ || path_->finish();
-    close(program_out_, rewritten_);
-    if (!differs) {
-      // Without a displacement loops and subprograms stay as well.
-      program_out_.open(folder / rewritten_, std::ios::binary | std::ios::trunc);
-      program_out_ << std::ifstream(options_.program, std::ios::binary).rdbuf();
-      close(program_out_, rewritten_);
-    }
-    files.emplace_back(rewritten_);
-  }
   void read() {
     nc::InterpreterOptions interpreter;
     interpreter.program = options_.program;
@@ -365,11 +265,10 @@ private:
     nc::ProgramSink sink;
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
       if (file_ != block.file) file_ = block.file;
-      if (path_ && rewrites_) path_->block(block.state, block.file, frame);
-      if (shift_ && rewrites_) shift_->block(block.state, block.file, frame);
+      if (corrected_ && rewrites_) corrected_->block(block, frame);
     };
     sink.skipped = [this] {
-      if (path_ && rewrites_) path_->skipped();
+      if (corrected_ && rewrites_) corrected_->skipped();
     };
     sink.move = [this](const nc::Move& given, const nc::Frame& frame) {
       nc::Move move = given;
@@ -383,10 +282,9 @@ private:
       tcp_ = move.state.tcp;
       move.state.part = part_;
       state_ = move.state;
-      if (path_ && rewrites_) path_->move();
-      if (shift_ && rewrites_) shift_->move(move);
+      if (corrected_ && rewrites_) corrected_->move(move);
       const auto source =
-          rewrites_ && (path_ || shift_ || along_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
+          rewrites_ && (corrected_ || content_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
       motion_.elements(move, file_, source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);
@@ -439,15 +337,14 @@ private:
     outside_ += move.outside ? 1 : 0;
     operations_.add(move);
     parts_.add(move);
-    if (along_) along_->add(move);
+    if (content_) content_->add(move);
     if (!move.timed->element.rapid) {
       if (largest_um_.size() == 0) largest_um_ = std_um_ = Eigen::VectorXd::Zero(move.offset_um.size());
       for (Eigen::Index i = 0; i < move.offset_um.size(); ++i)
         if (std::abs(move.offset_um[i]) > std::abs(largest_um_[i])) largest_um_[i] = move.offset_um[i];
       std_um_ = std_um_.cwiseMax(move.std_um);
     }
-    if (path_ && move.timed->element.source) path_->predicted(move);
-    if (shift_ && move.timed->element.source) shift_->predicted(move);
+    if (corrected_ && move.timed->element.source) corrected_->predicted(move);
     if (blocks_out_.is_open()) blocks_out_ << block_text(twin_.machine, move, predicted_);
   }
 
@@ -461,14 +358,13 @@ private:
   nc::RowBuilder rows_;
   nc::Planner planner_;
   std::unique_ptr<nc::Predictor> predictor_;
-  std::unique_ptr<Along> along_;
+  std::unique_ptr<PageContent> content_;
   nc::Operations operations_;
   nc::ProgramSummary program_;
-  std::unique_ptr<nc::PathRewriter> path_;
-  std::unique_ptr<nc::ShiftRewriter> shift_;
-  std::string rewritten_, file_;
+  std::unique_ptr<CorrectedProgram> corrected_;
+  std::string file_;
   nc::MoveState state_;  ///< of the last element
-  std::ofstream rows_out_, blocks_out_, program_out_;
+  std::ofstream rows_out_, blocks_out_;
   bool tcp_ = false, rewrites_ = true;
   int part_ = 0;
   nc::Parts parts_;

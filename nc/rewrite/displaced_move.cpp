@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nc/rewrite/displaced_move.h"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/units.h"
+
+namespace thermotwin::nc {
+
+namespace units = core::units;
+
+bool whole_turns(const Arc& arc) {
+  const double turns = arc.angle / (2.0 * std::numbers::pi);
+  return std::abs(turns - std::round(turns)) < 1e-9;
+}
+
+Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Eigen::Vector3d& wanted,
+                          const Eigen::Vector3d& normal) {
+  const auto flat = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d { return v - v.dot(normal) * normal; };
+  const Eigen::Vector3d chord = flat(end - start);
+  Eigen::Vector3d centre = wanted;
+  if (chord.norm() > 1e-9) {
+    const Eigen::Vector3d along = chord.normalized(), middle = start + 0.5 * chord;
+    centre -= along.dot(wanted - middle) * along;
+  }
+  return centre;
+}
+
+Eigen::Vector3d DisplacedMove::displacement(double u) const {
+  const Nine nominal = AxisMotion::values_at(move(), u);
+  Positions positions = motion_.positions(nominal, move());
+  const Eigen::VectorXd offsets = predicted_.field->offsets(positions, predicted_.share);
+  const std::vector<std::string>& axes = predicted_.field->axes();
+  const mesh::Machine& machine = motion_.machine();
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const int axis = machine.axis_index(axes[i]);
+    const double offset = offsets[i];
+    if (std::abs(offset) > options_.largest_offset)
+      throw core::InputError(place_, fmt::format("an offset of {:.1f} um of axis {}", offset / units::um, axes[i]),
+                             fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
+    positions[axis] += offset;
+    const mesh::Axis& limits = machine.axes[axis];
+    if (positions[axis] < limits.low - 1e-9 || positions[axis] > limits.high + 1e-9)
+      throw core::InputError(
+          place_, fmt::format("axis {} at {:.4f} mm with its offset", axes[i], positions[axis] / units::mm),
+          fmt::format("its travel, {:.4f} to {:.4f}", limits.low / units::mm, limits.high / units::mm));
+  }
+  return (motion_.values(positions, move(), nominal) - nominal).head<3>();
+}
+
+struct DisplacedMove::Follower {
+  bool arc = false;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centre = Eigen::Vector3d::Zero(), start = centre, end = centre;
+  double sweep = 0;  ///< rad
+
+  /// @param part  of the span  @param nominal  point of the program there  @return its displacement
+  Eigen::Vector3d displacement(const Span& span, double part, const Eigen::Vector3d& nominal) const {
+    if (!arc) return span.d0 + part * (span.d1 - span.d0);
+    const Eigen::Vector3d radius = (start - centre) - normal.dot(start - centre) * normal;
+    const double rise = normal.dot(start - centre) + part * normal.dot(end - start);
+    return centre + Eigen::AngleAxisd(sweep * part, normal) * radius + rise * normal - nominal;
+  }
+};
+
+DisplacedMove::Follower DisplacedMove::follower(const Span& span) const {
+  Follower follower;
+  const Arc& arc = move().arc;
+  follower.arc = move().kind == MoveKind::arc;
+  if (!follower.arc) return follower;
+  const auto point = [&](double u) -> Eigen::Vector3d { return AxisMotion::values_at(move(), u).head<3>(); };
+  auto& [is_arc, normal, centre, start, end, sweep] = follower;
+  normal = arc.first.cross(arc.second);
+  start = point(span.u0) + span.d0;
+  end = point(span.u1) + span.d1;
+  sweep = arc.angle * (span.u1 - span.u0);
+  const bool closed = whole_turns(arc) && span.u1 - span.u0 == 1.0;
+  centre = closed ? Eigen::Vector3d(arc.centre + span.d0)
+                  : centre_of(start, end, arc.centre + 0.5 * (span.d0 + span.d1), normal);
+  if (closed) return follower;
+  // The turn between the displaced ends is near that of the arc itself.
+  const auto flat = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return v - v.dot(follower.normal) * follower.normal;
+  };
+  const Eigen::Vector3d a = flat(start - centre), b = flat(end - centre);
+  double turn = std::atan2(normal.dot(a.cross(b)), a.dot(b));
+  turn += 2.0 * std::numbers::pi * std::round((sweep - turn) / (2.0 * std::numbers::pi));
+  sweep = turn;
+  return follower;
+}
+
+void DisplacedMove::split(const Span& span, int depth, std::vector<double>& ends) const {
+  constexpr int deepest = 10;
+  const Follower follower = this->follower(span);
+  bool bends = false;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const double part : {0.5, 0.25, 0.75}) {
+    const double u = span.share(part);
+    const Eigen::Vector3d wanted = displacement(u);
+    if (part == 0.5) middle = wanted;
+    const double off = (follower.displacement(span, part, AxisMotion::values_at(move(), u).head<3>()) - wanted).norm();
+    bends = bends || off > options_.tolerance;
+    // Far within the tolerance in the middle: the quarters are as well.
+    if (part == 0.5 && off < options_.tolerance / 8.0) break;
+  }
+  if (bends && depth < deepest) {
+    const double u = 0.5 * (span.u0 + span.u1);
+    split({span.u0, u, span.d0, middle}, depth + 1, ends);
+    split({u, span.u1, middle, span.d1}, depth + 1, ends);
+    return;
+  }
+  ends.push_back(span.u1);
+}
+
+std::vector<double> DisplacedMove::pieces(const Eigen::Vector3d& at_start, const Eigen::Vector3d& at_end) const {
+  std::vector<double> ends;
+  split({0.0, 1.0, at_start, at_end}, 0, ends);
+  return ends;
+}
+
+}  // namespace thermotwin::nc

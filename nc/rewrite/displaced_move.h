@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A move of the program, and where its points have to be for the predicted offsets of the axes.
+
+#include <string>
+#include <vector>
+
+#include "nc/motion/axis_motion.h"
+#include "nc/prediction/prediction.h"
+#include "nc/rewrite/rewrite_options.h"
+
+namespace thermotwin::nc {
+
+bool whole_turns(const Arc& arc);
+
+/// The centre nearest to a wanted one from which both ends are equally far.
+Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Eigen::Vector3d& wanted,
+                          const Eigen::Vector3d& normal);
+
+class DisplacedMove {
+public:
+  /// Keeps references. @param predicted  of a block of the program  @param place  file:line, for messages
+  DisplacedMove(const PredictedMove& predicted, const AxisMotion& motion, const RewriteOptions& options,
+                const std::string& place)
+      : predicted_(predicted),
+        motion_(motion),
+        options_(options),
+        place_(place) {}
+
+  const Source& source() const { return *predicted_.timed->element.source; }
+  const Move& move() const { return source().move; }
+
+  /// m, of the programmed point. @param u  share of the move
+  /// @throws InputError  if an offset is too large, or if an axis leaves its travel
+  Eigen::Vector3d displacement(double u) const;
+
+  /// Ends of the lines or arcs that follow the displaced move within the tolerance, as shares; the last one is 1.
+  /// @param at_start, at_end  displacements
+  std::vector<double> pieces(const Eigen::Vector3d& at_start, const Eigen::Vector3d& at_end) const;
+
+private:
+  /// A share of the move with the displacements of its ends.
+  struct Span {
+    double u0, u1;
+    Eigen::Vector3d d0, d1;
+    double share(double part) const { return u0 + part * (u1 - u0); }
+  };
+  /// The line or arc between displaced ends that the program can write.
+  struct Follower;
+  Follower follower(const Span& span) const;
+  void split(const Span& span, int depth, std::vector<double>& ends) const;
+
+  const PredictedMove& predicted_;
+  const AxisMotion& motion_;
+  const RewriteOptions& options_;
+  const std::string& place_;
+};
+
+}  // namespace thermotwin::nc
