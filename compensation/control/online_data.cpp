@@ -51,7 +51,7 @@ public:
   void count(std::int64_t value) { raw(&value, sizeof value); }
   template <class Value>
   void array(const Value* values, std::size_t size) {
-    count(static_cast<std::int64_t>(size));
+    count(size);
     raw(values, size * sizeof(Value));
   }
   void text(const std::string& value) { array(value.data(), value.size()); }
@@ -90,7 +90,7 @@ private:
 
 MatrixXd columns_of(const std::vector<mesh::Pose>& poses, std::size_t axes) {
   MatrixXd columns(axes, poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) columns.col(static_cast<Index>(i)) = poses[i];
+  for (Index i = 0; i < columns.cols(); ++i) columns.col(i) = poses[i];
   return columns;
 }
 
@@ -188,7 +188,8 @@ std::string online_bytes(const OnlineKey& key, const OnlineData& data) {
   std::vector<std::int32_t> grids;
   std::vector<double> positions;
   for (const solver::JointGrid& grid : model.system.layout.grids) {
-    grids.insert(grids.end(), {grid.axis, grid.periodic ? 1 : 0, static_cast<std::int32_t>(grid.positions.size())});
+    const std::int32_t nodes = std::ssize(grid.positions);
+    grids.insert(grids.end(), {grid.axis, grid.periodic ? 1 : 0, nodes});
     positions.insert(positions.end(), grid.positions.begin(), grid.positions.end());
   }
   sink.list(grids);
@@ -221,8 +222,8 @@ public:
   /// @return a count of things of at least so many bytes each
   std::size_t number_of(std::size_t bytes) {
     const std::int64_t value = count();
-    if (value < 0 || static_cast<std::uint64_t>(value) > reader_.left_ / bytes) fail("a length beyond its end");
-    return static_cast<std::size_t>(value);
+    if (value < 0 || std::cmp_greater(value, reader_.left_ / bytes)) fail("a length beyond its end");
+    return value;
   }
   std::string text() { return list<std::string>(); }
   template <class List>
@@ -267,12 +268,12 @@ private:
     if (whole_words(bytes) > reader_.left_) fail("an end that is missing");
     char* const begin = static_cast<char*>(to);
     const std::size_t inside = bytes / word_bytes * word_bytes;
-    if (bytes > 0 && !reader_.in_.read(begin, static_cast<std::streamsize>(bytes))) fail("an end that is missing");
+    if (bytes > 0 && !reader_.in_.read(begin, bytes)) fail("an end that is missing");
     reader_.sum_ = summed(reader_.sum_, begin, inside);
     if (rest > 0) {
       char last[word_bytes] = {};
       std::memcpy(last, begin + inside, bytes - inside);
-      if (!reader_.in_.read(last + bytes - inside, static_cast<std::streamsize>(rest))) fail("an end that is missing");
+      if (!reader_.in_.read(last + bytes - inside, rest)) fail("an end that is missing");
       reader_.sum_ = summed(reader_.sum_, last, word_bytes);
     }
     reader_.left_ -= whole_words(bytes);
@@ -287,11 +288,13 @@ OnlineReader::OnlineReader(std::istream& in, std::string name) : in_(in), name_(
   const std::streamoff size = in_.tellg();
   in_.seekg(0);
   Head head{};
-  if (size < std::streamoff{sizeof head} || !in_.read(reinterpret_cast<char*>(&head), sizeof head) ||
-      std::memcmp(head.magic, magic, sizeof head.magic) != 0)
+  char bytes[sizeof head];
+  if (size < std::streamoff{sizeof head} || !in_.read(bytes, sizeof bytes) ||
+      std::memcmp(bytes, magic, sizeof head.magic) != 0)
     source.fail("no online data");
+  std::memcpy(&head, bytes, sizeof head);
   if (head.version != online_version) source.fail(fmt::format("online data of version {}", head.version));
-  if (head.bytes != static_cast<std::uint64_t>(size)) source.fail("online data that are cut off");
+  if (std::cmp_not_equal(head.bytes, size)) source.fail("online data that are cut off");
   left_ = head.bytes - sizeof head;
   stated_sum_ = head.sum;
   key_.program = source.text();
@@ -311,9 +314,9 @@ solver::Layout layout_of(const Source& source, const Arrays& arrays, const mesh:
   for (std::size_t j = 0; j < machine.joints.size(); ++j) {
     const std::int32_t *given = &arrays.grids[3 * j], axis = given[0], nodes = given[2];
     source.require(axis >= -1 && axis < std::ssize(machine.axes) && nodes >= 1 &&
-                       static_cast<std::size_t>(nodes) <= arrays.positions.size() - next,
+                       std::cmp_less_equal(nodes, arrays.positions.size() - next),
                    "grids of joints");
-    const auto from = arrays.positions.begin() + static_cast<std::ptrdiff_t>(next);
+    const auto from = arrays.positions.begin() + next;
     grids.push_back({axis, given[1] != 0, {from, from + nodes}});
     next += nodes;
   }
@@ -409,7 +412,7 @@ void check_terms(const Source& source, const reduction::ReducedModel& model, con
 
 template <class Source>
 void fill_limits(const Source& source, const std::vector<MatrixXd>& m, std::size_t axes, OffsetLimits& limits) {
-  const Index rows = static_cast<Index>(axes);
+  const Index rows = axes;
   source.require(is_of_size(m[Block::guard], 2, 1) && is_of_size(m[Block::of_axes], rows, 2) &&
                      m[Block::guard].minCoeff() > 0.0 && (m[Block::of_axes].array() >= 0.0).all(),
                  "limits of offsets");

@@ -43,8 +43,7 @@ std::string build_id_in(const char* notes, std::size_t size) {
     if (next > size) break;
     if (note.n_type == NT_GNU_BUILD_ID && note.n_namesz == 4 && std::memcmp(notes + name, "GNU", 4) == 0) {
       std::string digits;
-      for (std::size_t i = 0; i < note.n_descsz; ++i)
-        digits += fmt::format("{:02x}", static_cast<unsigned char>(notes[value + i]));
+      for (std::size_t i = 0; i < note.n_descsz; ++i) digits += fmt::format("{:02x}", notes[value + i] & 0xFF);
       return digits;
     }
     at = next;
@@ -54,19 +53,18 @@ std::string build_id_in(const char* notes, std::size_t size) {
 
 /// Of the running program; empty: its linker made none.
 std::string build_id() {
-  std::string id;
+  static std::string id;
   dl_iterate_phdr(
-      [](dl_phdr_info* object, std::size_t, void* found) {
+      [](dl_phdr_info* object, std::size_t, void*) {
         for (int i = 0; i < object->dlpi_phnum; ++i) {
           const ElfW(Phdr)& part = object->dlpi_phdr[i];
           if (part.p_type != PT_NOTE) continue;
           const auto* notes = reinterpret_cast<const char*>(object->dlpi_addr + part.p_vaddr);
-          if (std::string here = build_id_in(notes, part.p_memsz); !here.empty())
-            *static_cast<std::string*>(found) = std::move(here);
+          if (std::string here = build_id_in(notes, part.p_memsz); !here.empty()) id = std::move(here);
         }
         return 1;  // the first object is the program
       },
-      &id);
+      nullptr);
   return id;
 }
 
@@ -149,7 +147,8 @@ Stamp file_stamp(const fs::path& file) {
   const std::int64_t now = std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
   const bool coarse = content % second_ns == 0 && anything % second_ns == 0;
   if (now - std::max(content, anything) < (coarse ? coarsely_settled_ns : settled_ns)) return {};
-  return {static_cast<std::int64_t>(found.st_size), static_cast<std::int64_t>(found.st_ino), content, anything};
+  const std::int64_t size = found.st_size, number = found.st_ino;
+  return {size, number, content, anything};
 }
 
 OnlineData online_data(const OnlineSource& source) {

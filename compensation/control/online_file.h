@@ -7,7 +7,8 @@
 //   - the last line of the model file, the hash of its content, is the one that it was derived from;
 //   - the model file has the size, number and times of writing that it had when its content was checked. Where it has
 //     others (a copy of the folder, a file damaged since), its content is checked again, a piece at a time.
-// Else the model file is read, with an error where that is damaged, and the file is written anew.
+// Else the model file is read, with an error where that is damaged, and the file is written anew. The file is read, not
+// mapped: what was checked stays as it is when somebody copies another file over it.
 
 #include <array>
 #include <cstdint>

@@ -31,7 +31,7 @@ std::uint64_t of_words(std::string_view bytes, std::uint64_t hash) {
 }
 
 std::uint64_t of_bytes(std::string_view bytes, std::uint64_t hash) {
-  for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * prime;
+  for (const char byte : bytes) hash = (hash ^ (byte & 0xFF)) * prime;
   return hash;
 }
 
@@ -56,7 +56,7 @@ bool store_trailer_holds(std::string_view bytes, std::string_view line) {
 }
 
 std::string read_store_trailer(const std::filesystem::path& file) {
-  constexpr auto size = static_cast<std::streamoff>(store_trailer_size);
+  constexpr std::streamoff size = store_trailer_size;
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   if (!in || in.tellg() < size) return "";
   in.seekg(-size, std::ios::end);
@@ -68,13 +68,14 @@ bool store_file_holds(const std::filesystem::path& file) {
   const std::string line = read_store_trailer(file);
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   if (line.empty() || !in) return false;
-  auto left = static_cast<std::uint64_t>(in.tellg()) - store_trailer_size;
+  const std::streamoff whole = in.tellg();
+  std::uint64_t left = whole - store_trailer_size;
   in.seekg(0);
   std::vector<char> piece(1U << 18U);
   std::uint64_t hash = first;
   while (left > 0) {
     const std::size_t size = std::min<std::uint64_t>(left, piece.size());
-    if (!in.read(piece.data(), static_cast<std::streamsize>(size))) return false;
+    if (!in.read(piece.data(), size)) return false;
     hash = continued(line, {piece.data(), size}, hash);
     left -= size;
   }

@@ -150,7 +150,7 @@ TEST_F(OnlineFile, DoesNotHideADamagedModel) {
 TEST_F(OnlineFile, ThatIsDamagedIsWrittenAnew) {
   const std::string answers = made(), whole = read(online());
   std::mt19937 random(3);
-  for (int flip = 0; flip < 12; ++flip) {
+  for (int flip = 0; flip < 6; ++flip) {
     std::string bytes = whole;
     bytes[random() % bytes.size()] ^= static_cast<char>(1U << random() % 8U);
     toy_.write("model.online", bytes);

@@ -56,9 +56,8 @@ public:
                      each(without, unit), "reading the model", 1, median(each(with, "MiB")),
                      median(each(without, "MiB")));
     }
-    report.note(fmt::format("online data: {:.1f} MB beside a model of {:.1f} MB",
-                            1e-6 * static_cast<double>(fs::file_size(online_)),
-                            1e-6 * static_cast<double>(fs::file_size(model_))));
+    report.note(fmt::format("online data: {:.1f} MB beside a model of {:.1f} MB", 1e-6 * fs::file_size(online_),
+                            1e-6 * fs::file_size(model_)));
   }
 
 private:
