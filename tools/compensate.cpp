@@ -8,8 +8,10 @@
 #include <limits>
 #include <optional>
 #include <unistd.h>
+#include <utility>
 
 #include "compensation/control/model_order.h"
+#include "compensation/control/online_file.h"
 #include "compensation/control/online_twin.h"
 #include "compensation/control/state_file.h"
 #include "compensation/online/stream.h"
@@ -118,6 +120,14 @@ compensation::ControlOptions core_options(const CompensateOptions& options) {
   return settings;
 }
 
+/// With the terms where the detectability of states is asked for.
+compensation::OnlineData model_of(const CompensateOptions& options) {
+  if (options.explain.empty()) return compensation::online_data({options.model, options.order, options.state});
+  compensation::OnlineData data{compensation::model_of_order(reduction::read_model(options.model), options.order), {}};
+  data.derived = compensation::derived_data(data.model, compensation::ControlOptions().tolerance);
+  return data;
+}
+
 /// The rows are those of a file.
 bool can_be_read_again(const CompensateOptions& options) { return std::filesystem::is_regular_file(options.in); }
 
@@ -211,21 +221,21 @@ struct Probed {
   }
 };
 
-Probed probed_of(const CompensateOptions& options, const reduction::ReducedModel& model,
-                 const compensation::StreamSummary& done) {
+Probed probed_of(const CompensateOptions& options, const compensation::StreamSummary& done) {
   Probed probed{done.probed, done.probed_rms_um, done.left_rms_um, options.probe_std_um, {}};
   // Rows that went on from a state cannot be run again from their start.
   if (done.probed == 0 || options.no_sensors || !options.state.empty() || !can_be_read_again(options)) return probed;
   compensation::ControlOptions blind = core_options(options);
   blind.compensator.use_sensors = false;
-  compensation::OnlineTwin without(model, blind);
+  compensation::OnlineData data = model_of(options);
+  compensation::OnlineTwin without(data.model, std::move(data.derived), blind);
   std::ifstream again(options.in, std::ios::binary);
   std::ofstream nowhere("/dev/null");
   compensation::StreamOptions quiet;
   quiet.probe_std_um = options.probe_std_um;
   quiet.log = quiet.warn = [](const std::string&) {};
   probed.left_without_sensors_um =
-      compensation::compensate_stream(without, model.machine, again, options.in, nowhere, quiet).left_rms_um;
+      compensation::compensate_stream(without, data.model.machine, again, options.in, nowhere, quiet).left_rms_um;
   return probed;
 }
 
@@ -264,9 +274,10 @@ void run_rows(const CompensateOptions& options) {
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
-  const reduction::ReducedModel model =
-      compensation::model_of_order(reduction::read_model(options.model), options.order);
-  compensation::OnlineTwin twin(model, core_options(options));
+  const compensation::ControlOptions settings = core_options(options);
+  compensation::OnlineData data = model_of(options);
+  const reduction::ReducedModel& model = data.model;
+  compensation::OnlineTwin twin(model, std::move(data.derived), settings);
 
   std::ios::sync_with_stdio(false);
   DescriptorInput standard_input(STDIN_FILENO);
@@ -300,7 +311,7 @@ void run_rows(const CompensateOptions& options) {
   }
   run.finish();
   const double seconds = time.seconds();
-  summarise(options, done, seconds, model.system.order(), twin.probed(), probed_of(options, model, done));
+  summarise(options, done, seconds, model.system.order(), twin.probed(), probed_of(options, done));
 }
 
 }  // namespace

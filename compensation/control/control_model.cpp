@@ -60,13 +60,17 @@ private:
   MatrixXd lower_;
 };
 
-void add_system(const reduction::ReducedSystem& system, double tolerance, ControlData& data) {
+void add_system(const reduction::ReducedSystem& system, ControlData& data) {
   const UnitCapacity unit(system.capacity);
   data.order = system.order();
   append(data.conduction, unit.term(system.conduction));
   append(data.input_columns, unit.inputs(system.inputs));
   append(data.sensor_rows, unit.outputs(system.sensors));
   append(data.one_kelvin, unit.state(system.one_kelvin));
+}
+
+void add_terms(const reduction::ReducedSystem& system, double tolerance, DerivedData& data) {
+  const UnitCapacity unit(system.capacity);
   std::vector<LowRank> terms(system.terms.size());
   core::parallel_for(0, terms.size(),
                      [&](std::size_t j) { terms[j] = low_rank(unit.term(system.terms[j]), tolerance); });
@@ -142,9 +146,7 @@ void add_travels(const mesh::Machine& machine, ControlData& data) {
   data.travels = std::ssize(data.travel_axis);
 }
 
-void add_guard(const reduction::ReducedModel& model, const OutputMap& map, const CompensatorOptions& options,
-               ControlData& data) {
-  OffsetLimits limits = offset_limits(model, map);
+void add_guard(OffsetLimits limits, const OutputMap& map, const CompensatorOptions& options, ControlData& data) {
   if (options.largest_um > 0.0) limits.largest_um = options.largest_um;
   if (options.rate_um_s > 0.0) {
     limits.rate_um_s = options.rate_um_s;
@@ -207,20 +209,46 @@ void ControlOptions::validate() const {
   core::require_within("online core: start_over_s", start_over_s, {0.0, 3600.0});
 }
 
-ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options) {
-  options.validate();
+namespace {
+
+void require_tcp(const reduction::ReducedModel& model) {
   if (!model.machine.has_tcp())
     throw core::InputError("online core", "a machine without [tcp]", "one with a TCP error");
+}
+
+}  // namespace
+
+DerivedData derived_data(const reduction::ReducedModel& model, double tolerance) {
+  require_tcp(model);
+  DerivedData derived;
+  add_terms(model.system, tolerance, derived);
+  derived.limits = offset_limits(model, OutputMap(model));
+  return derived;
+}
+
+ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options) {
+  options.validate();
+  return control_data(model, derived_data(model, options.tolerance), options);
+}
+
+ControlData control_data(const reduction::ReducedModel& model, DerivedData derived, const ControlOptions& options) {
+  options.validate();
+  require_tcp(model);
   ControlData data;
   const solver::OperatingModel operating(model.machine, model.system.layout);
   fill_machine(model.machine, model.system.layout, operating.channels(), data);
   data.step_s = options.compensator.step_s;
   data.start_C = options.compensator.start_C;
-  add_system(model.system, options.tolerance, data);
+  add_system(model.system, data);
+  data.term_first = std::move(derived.term_first);
+  data.term_right_first = std::move(derived.term_right_first);
+  data.term_left = std::move(derived.term_left);
+  data.term_right = std::move(derived.term_right);
+  data.term_weight = std::move(derived.term_weight);
   add_outputs(model, data);
   add_travels(model.machine, data);
   const OutputMap map(model);
-  add_guard(model, map, options.compensator, data);
+  add_guard(std::move(derived.limits), map, options.compensator, data);
   data.correction_s = options.compensator.correction_s;
   data.start_over_s = options.start_over_s;
   if (options.observer) fill_observer(model, operating, map, options.compensator, data);

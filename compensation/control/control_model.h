@@ -4,12 +4,14 @@
 // flat arrays. A symmetric term keeps the eigenvectors whose eigenvalues exceed tolerance times its largest, another
 // one the singular vectors alike. docs/howto/control_in_c.md has figures.
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "compensation/control/control_data.h"
 #include "compensation/control/model.h"
 #include "compensation/online/compensator.h"
+#include "compensation/online/offset_limits.h"
 #include "reduction/model/reduced_model.h"
 
 namespace thermotwin::compensation {
@@ -22,9 +24,19 @@ struct ControlOptions {
   void validate() const;           ///< @throws InputError
 };
 
+/// What takes time to derive from a model, since it needs the dense terms.
+struct DerivedData {
+  std::vector<double> term_left, term_right, term_weight;  ///< as in ControlData
+  std::vector<std::int32_t> term_first, term_right_first;  ///< as in ControlData
+  OffsetLimits limits;                                     ///< by the model, without options
+};
+DerivedData derived_data(const reduction::ReducedModel& model, double tolerance);
+
 /// @throws InputError for options out of range, a machine without TCP, or a grid with more positions than the core
 ///   holds
 ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options = {});
+/// The same. @param model  need not have its terms  @param derived  from the whole model
+ControlData control_data(const reduction::ReducedModel& model, DerivedData derived, const ControlOptions& options);
 
 /// Data in the form that the core reads.
 class ControlModel {

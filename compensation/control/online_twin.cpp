@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "compensation/control/pause.h"
 #include "compensation/control/probing.h"
@@ -71,12 +72,12 @@ struct OnlineTwin::Work {
   VectorXd sum_p, sum_q, sum_state;
   std::vector<long> readings;
 
-  Work(const reduction::ReducedModel& m, const ControlOptions& o)
+  Work(const reduction::ReducedModel& m, DerivedData derived, const ControlOptions& o)
       : model(m),
         options(o),
         operating(m.machine, m.system.layout),
         map(m),
-        control(m, o),
+        control(control_data(m, std::move(derived), o)),
         twin(control.model()),
         limits(limits_of(control.data())),
         sum_p(VectorXd::Zero(control.data().terms)),
@@ -259,6 +260,8 @@ struct OnlineTwin::Work {
   Detectability detectability() const {
     if (data().observer == 0)
       throw core::InputError("detectability", "a twin without observer", "ControlOptions::observer = true");
+    if (model.system.terms.size() != model.system.layout.terms.size())
+      throw core::InputError("detectability", "a model without its terms", "the whole model, as read_model gives it");
     if (!(duration > 0.0))
       throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
     const reduction::ReducedSystem& system = model.system;
@@ -300,7 +303,11 @@ struct OnlineTwin::Work {
 
 OnlineTwin::OnlineTwin(const reduction::ReducedModel& model, const ControlOptions& options) {
   options.validate();
-  work_ = std::make_unique<Work>(model, options);
+  work_ = std::make_unique<Work>(model, derived_data(model, options.tolerance), options);
+}
+OnlineTwin::OnlineTwin(const reduction::ReducedModel& model, DerivedData derived, const ControlOptions& options) {
+  options.validate();
+  work_ = std::make_unique<Work>(model, std::move(derived), options);
 }
 OnlineTwin::~OnlineTwin() = default;
 OnlineTwin::OnlineTwin(OnlineTwin&&) noexcept = default;

@@ -31,6 +31,9 @@ class OnlineTwin final : public OnlineModel {
 public:
   /// @param model  must outlive the twin  @throws InputError for options out of range, as control_data
   explicit OnlineTwin(const reduction::ReducedModel& model, const ControlOptions& options = {});
+  /// @param model  as of read_online_data (online_data.h): without its terms all but detectability() works
+  /// @param derived  from the whole model
+  OnlineTwin(const reduction::ReducedModel& model, DerivedData derived, const ControlOptions& options);
   ~OnlineTwin() override;
   OnlineTwin(OnlineTwin&&) noexcept;
 
@@ -42,7 +45,8 @@ public:
   void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) override;
   long probed() const override;
   std::vector<ErrorModel::State> learned() const override;
-  /// At the mean operating point of the rows that this object has taken.
+  /// At the mean operating point of the rows that this object has taken. @throws InputError also without the model's
+  /// terms
   Detectability detectability() const override;
   solver::TcpError tcp(const mesh::Pose& pose) const override;
   Eigen::VectorXd std_um(const mesh::Pose& pose) const override;

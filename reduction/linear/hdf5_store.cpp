@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "reduction/linear/store_trailer.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -64,24 +65,7 @@ private:
   void* data_ = nullptr;
 };
 
-constexpr std::string_view signature = "\x89HDF\r\n\x1a\n", trailer_words = "\nthermotwin fnv8x-64 ",
-                           earlier_words = "\nthermotwin fnv1a-64 ";
-constexpr std::size_t hash_digits = 16, trailer_size = trailer_words.size() + hash_digits + 1;
-
-/// FNV-1a on words of eight bytes, the last one filled with zeros, so that 100 MB take 30 ms.
-std::string word_hash(std::string_view bytes) {
-  std::uint64_t hash = 0xCBF29CE484222325ULL;
-  for (std::size_t at = 0; at < bytes.size(); at += sizeof hash) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + at, std::min(sizeof word, bytes.size() - at));
-    hash = (hash ^ word) * 0x100000001B3ULL;
-    hash ^= hash >> 29U;
-  }
-  return fmt::format("{:016x}", hash);
-}
-
-/// A line behind what HDF5 reads, which knows nothing of it: the hash of all bytes before.
-std::string trailer(std::string_view bytes) { return fmt::format("{}{}\n", trailer_words, word_hash(bytes)); }
+constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
 
 /// Lends the library the bytes of a file, which it would copy twice. They have to outlive the file.
 struct LentImage {
@@ -235,7 +219,7 @@ std::string StoreWriter::finish() {
   std::string bytes(size, '\0');
   file_->check(H5Fget_file_image(file_->id, bytes.data(), bytes.size()) == size);
   file_->check(file_->id.close());
-  return bytes + trailer(bytes);
+  return bytes + store_trailer(bytes);  // HDF5 knows nothing of the line
 }
 
 // ---------------------------------------------------------------- reading
@@ -258,16 +242,15 @@ struct StoreReader::File {
     std::string bytes = core::read_file(path);
     if (!bytes.starts_with(signature))
       throw InputError(path.string(), "no HDF5 file, or one that was cut off", "a whole HDF5 file");
-    const std::size_t size = bytes.size() - std::min(bytes.size(), trailer_size);
+    const std::size_t size = bytes.size() - std::min(bytes.size(), store_trailer_size);
     const std::string found = bytes.substr(size);
     bytes.resize(size);
-    const bool is_earlier = found.starts_with(earlier_words);
-    if (!is_earlier && !found.starts_with(trailer_words)) {
+    if (!is_store_trailer(found)) {
       throw InputError(path.string(),
                        "no checksum at the end: the file was cut off or damaged, or written by an earlier version",
                        "a whole file of this version (write it anew: thermotwin reduce)");
     }
-    if (found != (is_earlier ? fmt::format("{}{}\n", earlier_words, core::content_hash(bytes)) : trailer(bytes))) {
+    if (!store_trailer_holds(bytes, found)) {
       throw InputError(path.string(), "wrong checksum at the end: the file was damaged or changed after it was written",
                        "the file as it was written (write it anew: thermotwin reduce)");
     }

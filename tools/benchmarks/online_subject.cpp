@@ -1,14 +1,75 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The online core in C99, row by row, against the C++ compensator without sensors.
+// The online core in C99, row by row, against the C++ compensator without sensors; a start with online data beside one
+// without.
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include "tools/benchmarks/report.h"
 #include "tools/benchmarks/subjects.h"
 
 namespace thermotwin::bench {
 
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Starts of `compensate` to the answer of one row and to its end.
+class Starts {
+public:
+  explicit Starts(const Settings& settings)
+      : folder_(settings.work / "start"),
+        model_(folder_ / "model.rom.h5"),
+        online_(folder_ / "model.online") {
+    fs::create_directories(folder_);
+    fs::copy_file(model_of(settings), model_, fs::copy_options::overwrite_existing);
+    std::ofstream(folder_ / "row.csv") << "time_s,spindle.speed_rpm\n0,0\n";
+    command_.words = {settings.thermotwin.string(),
+                      "compensate",
+                      model_.string(),
+                      "--quiet",
+                      "--out",
+                      (folder_ / "offsets.csv").string(),
+                      "--in",
+                      (folder_ / "row.csv").string()};
+  }
+  ~Starts() {
+    std::error_code none;
+    fs::remove_all(folder_, none);
+  }
+  Starts(const Starts&) = delete;
+  Starts& operator=(const Starts&) = delete;
+
+  void add_to(Report& report, int pairs) {
+    std::vector<Outcome> with, without;
+    run(command_);  // so that the files are in memory
+    for (int i = 0; i < std::max(pairs, 1); ++i) {
+      fs::remove(online_);
+      without.push_back(run(command_));  // and writes online data
+      with.push_back(run(command_));
+    }
+    for (const auto& [unit, what] : {std::pair{"processor", "processor time"}, {"wall", "wall time"}}) {
+      report.compare(std::string("start with online data to the first row, ") + what, each(with, unit),
+                     each(without, unit), "reading the model", 1, median(each(with, "MiB")),
+                     median(each(without, "MiB")));
+    }
+    report.note(fmt::format("online data: {:.1f} MB beside a model of {:.1f} MB", 1e-6 * fs::file_size(online_),
+                            1e-6 * fs::file_size(model_)));
+  }
+
+private:
+  fs::path folder_, model_, online_;
+  Command command_;
+};
+
+}  // namespace
+
 std::string online_subject(const Settings& settings) {
   Report report("online");
+  Starts(settings).add_to(report, settings.pairs);
   constexpr long count = 1000000;
   const Outcome made = run({{(settings.programs / "bench_worker").string(), "control", "--model",
                              model_of(settings).string(), "--rows", std::to_string(count)},

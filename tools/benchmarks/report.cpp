@@ -37,6 +37,7 @@ std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string
   std::vector<double> values;
   for (const Outcome& outcome : outcomes) {
     values.push_back(name == "processor" ? outcome.processor_seconds
+                     : name == "wall"    ? outcome.seconds
                      : name == "MiB"     ? outcome.peak_MiB
                                          : outcome[name]);
   }

@@ -19,7 +19,7 @@ struct Pairs {
 };
 Pairs in_turn(int pairs, const Command& ours, const Command& other);
 
-/// One quantity of all outcomes; besides what programs print: "processor" (seconds) and "MiB".
+/// One quantity of all outcomes; besides what programs print: "processor" and "wall" (seconds) and "MiB".
 std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string& name);
 
 class Report {

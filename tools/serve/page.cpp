@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "compensation/control/online_file.h"
 #include "compensation/online/output_map.h"
 #include "core/error.h"
 #include "core/html_page.h"
 #include "core/module.h"
 #include "core/progress.h"
 #include "core/text.h"
-#include "reduction/model/model_file.h"
 #include "solver/export/scene_file.h"
 #include "tools/reduced_scene.h"
 #include "tools/serve/page_feed.h"
@@ -49,7 +49,8 @@ std::string tile(const std::string& label, const std::string& id, const std::str
 }
 
 std::string page_of(const std::filesystem::path& model_file) {
-  const reduction::ReducedModel model = reduction::read_model(model_file);
+  const compensation::OnlineData data = compensation::online_data({model_file, 0, {}});
+  const reduction::ReducedModel& model = data.model;
   const compensation::OutputMap map(model);
   std::vector<std::string> tiles;
   for (const std::string& axis : map.axes())
