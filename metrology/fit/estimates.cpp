@@ -18,7 +18,7 @@ std::vector<std::size_t> Estimates::observed() const {
   std::vector<std::size_t> found;
   for (std::size_t e = 0; e < errors.size(); ++e) {
     if (std::none_of(cycles.begin(), cycles.end(),
-                     [&](const CycleResult& cycle) { return std::isnan(cycle.value[static_cast<Index>(e)]); })) {
+                     [&](const CycleResult& cycle) { return std::isnan(cycle.value[e]); })) {
       found.push_back(e);
     }
   }
@@ -57,7 +57,7 @@ std::string LinearFit::same_effect(const std::vector<std::string>& names, Index 
   for (Index i = 0; i < together.size(); ++i) {
     if (i == parameter || std::abs(together[i]) < 1e-5) continue;
     if (i < std::ssize(names)) {
-      found.push_back(names[static_cast<std::size_t>(i)]);
+      found.push_back(names[i]);
     } else if (found.empty() || found.back() != others) {
       found.push_back(others);
     }
@@ -68,11 +68,11 @@ std::string LinearFit::same_effect(const std::vector<std::string>& names, Index 
 CycleResult cycle_result(const LinearFit& fit, Index errors, double variance) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   CycleResult result;
-  result.parameters = static_cast<int>(fit.value.size());
-  result.rank = result.parameters - static_cast<int>(fit.unobserved.cols());
+  result.parameters = fit.value.size();
+  result.rank = result.parameters - fit.unobserved.cols();
   result.degrees_of_freedom = fit.residual.size() - result.rank;
   result.residual = fit.residual;
-  result.residual_rms = std::sqrt(fit.residual.squaredNorm() / static_cast<double>(fit.residual.size()));
+  result.residual_rms = std::sqrt(fit.residual.squaredNorm() / fit.residual.size());
   result.value = fit.value.head(errors);
   result.covariance = variance * fit.cofactor.topLeftCorner(errors, errors);
   for (Index e = 0; e < errors; ++e) {

@@ -101,7 +101,7 @@ MatrixXd read_readings(const Table& table, const std::vector<MandrelProbe>& prob
   }
   MatrixXd readings(table.rows(), std::ssize(probes));
   for (Index p = 0; p < readings.cols(); ++p) {
-    const std::string& name = names[static_cast<std::size_t>(p) + 1];
+    const std::string& name = names[p + 1];
     const auto column = table.find(name);
     if (!column) throw InputError(table.source + ":1", "no column " + name, "a column for each probe");
     for (Index i = 0; i < readings.rows(); ++i) {
@@ -124,10 +124,10 @@ MatrixXd rows_of(const MandrelRecord& record, const std::vector<std::string>& qu
   MatrixXd rows(std::ssize(record.probes), std::ssize(quantities));
   const double sign = record.in_spindle ? 1.0 : -1.0;
   for (Index p = 0; p < rows.rows(); ++p) {
-    const MandrelProbe& probe = record.probes[static_cast<std::size_t>(p)];
+    const MandrelProbe& probe = record.probes[p];
     const Vector3d turn = (probe.at - record.point).cross(probe.direction);
     for (Index q = 0; q < rows.cols(); ++q) {
-      const Index component = std::find(all.begin(), all.end(), quantities[static_cast<std::size_t>(q)]) - all.begin();
+      const Index component = std::find(all.begin(), all.end(), quantities[q]) - all.begin();
       rows(p, q) = sign * (component < 3 ? probe.direction[component] : turn[component - 3]);
     }
   }
@@ -178,13 +178,13 @@ Estimates analyse(const MandrelRecord& record) {
   const std::vector<std::string> asked = record.quantities.empty() ? quantity_names() : record.quantities;
   const MatrixXd rows = rows_of(record, asked);
   VectorXd weight(rows.rows());
-  for (Index p = 0; p < weight.size(); ++p) weight[p] = 1.0 / record.probes[static_cast<std::size_t>(p)].std;
+  for (Index p = 0; p < weight.size(); ++p) weight[p] = 1.0 / record.probes[p].std;
   const MatrixXd weighted = weight.asDiagonal() * rows;
   const LinearFit shape = fit_linear(weighted, VectorXd::Zero(rows.rows()));
   Estimates result;
   std::vector<Index> kept;
   for (Index q = 0; q < rows.cols(); ++q) {
-    const std::string& name = asked[static_cast<std::size_t>(q)];
+    const std::string& name = asked[q];
     if (!shape.hides(q)) {
       kept.push_back(q);
       result.errors.push_back(name);
@@ -206,24 +206,24 @@ Estimates analyse(const MandrelRecord& record) {
     const VectorXd value = solve * (weight.asDiagonal() * reading);
     CycleResult cycle;
     cycle.time = record.time[i];
-    cycle.parameters = static_cast<int>(rows.cols());
-    cycle.rank = cycle.parameters - static_cast<int>(shape.unobserved.cols());
+    cycle.parameters = rows.cols();
+    cycle.rank = cycle.parameters - shape.unobserved.cols();
     cycle.degrees_of_freedom = rows.rows() - cycle.rank;
     cycle.residual = reading - rows * value;
-    cycle.residual_rms = std::sqrt(cycle.residual.squaredNorm() / static_cast<double>(rows.rows()));
+    cycle.residual_rms = std::sqrt(cycle.residual.squaredNorm() / rows.rows());
     cycle.value = value(kept);
     cycle.covariance = shape.cofactor(kept, kept);
     Vector3d turn = Vector3d::Zero();
     for (std::size_t k = 0; k < kept.size(); ++k) {
       const auto& all = quantity_names();
       const Index component = std::find(all.begin(), all.end(), result.errors[k]) - all.begin();
-      if (component >= 3) turn[component - 3] = cycle.value[static_cast<Index>(k)];
+      if (component >= 3) turn[component - 3] = cycle.value[k];
     }
     // A wrong place acts on the change that is stated, in all rows alike.
     if (i == 0 && record.against_first) first_turn = turn;
     VectorXd systematic(rows.rows());
     for (Index p = 0; p < systematic.size(); ++p) {
-      const MandrelProbe& probe = record.probes[static_cast<std::size_t>(p)];
+      const MandrelProbe& probe = record.probes[p];
       systematic[p] = std::pow(weight[p] * probe.place_std, 2) * probe.direction.cross(turn - first_turn).squaredNorm();
     }
     cycle.covariance += (solve * systematic.asDiagonal() * solve.transpose())(kept, kept);

@@ -182,10 +182,10 @@ RTestAnalysis analyse(const RTestRecord& record) {
     }
     const LinearFit fit = fit_linear(equations.rows, equations.deviation);
     for (std::size_t e = 0; e < record.errors.size(); ++e) {
-      if (named[e] || !fit.hides(static_cast<Index>(e))) continue;
+      if (named[e] || !fit.hides(e)) continue;
       named[e] = true;
-      result.not_observable.push_back(
-          record.errors[e] + ": not observable: " + fit.same_effect(record.errors, static_cast<Index>(e), nuisance));
+      result.not_observable.push_back(record.errors[e] +
+                                      ": not observable: " + fit.same_effect(record.errors, e, nuisance));
     }
     result.cycles.push_back(result_of(record, cycle, equations, fit));
   }

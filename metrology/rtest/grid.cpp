@@ -149,13 +149,12 @@ core::Table residual_table(const RTestRecord& record, const Estimates& estimates
     for (std::size_t i = 0; i < record.cycles[c].points.size(); ++i, ++row) {
       const RTestPoint& point = record.cycles[c].points[i];
       table.values(row, 0) = point.time;
-      table.values(row, 1) = static_cast<double>(c + 1);
+      table.values(row, 1) = c + 1;
       Index column = 2;
       for (const auto& [axis, position] : point.positions)
         table.values(row, column++) = position / (record.chain.find(axis)->rotary ? units::deg : units::mm);
       table.values.row(row).segment<3>(column) = (point.nominal / units::mm).transpose();
-      table.values.row(row).tail<3>() =
-          (estimates.cycles[c].residual.segment<3>(3 * static_cast<Index>(i)) / units::um).transpose();
+      table.values.row(row).tail<3>() = (estimates.cycles[c].residual.segment<3>(3 * i) / units::um).transpose();
     }
   }
   return table;

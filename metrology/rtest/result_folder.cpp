@@ -119,11 +119,11 @@ Table error_table(const Estimates& estimates) {
   }
   table.values.resize(std::ssize(estimates.cycles), std::ssize(table.columns));
   for (Index i = 0; i < table.rows(); ++i) {
-    const CycleResult& cycle = estimates.cycles[static_cast<std::size_t>(i)];
+    const CycleResult& cycle = estimates.cycles[i];
     table.values(i, 0) = cycle.time;
     Index column = 1;
-    for (const std::size_t e : errors) table.values(i, column++) = cycle.value[static_cast<Index>(e)] / core::units::um;
-    for (const std::size_t e : errors) table.values(i, column++) = cycle.std[static_cast<Index>(e)] / core::units::um;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.value[e] / core::units::um;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.std[e] / core::units::um;
   }
   return table;
 }
@@ -144,13 +144,13 @@ Measurement measurement_of(const Estimates& estimates, const std::string& pose, 
     channel.kind = compensation::ChannelKind::displacement;
     channel.unit = estimates.units[e];
     for (const CycleResult& cycle : estimates.cycles)
-      channel.uncertainty = std::max(channel.uncertainty, cycle.std[static_cast<Index>(e)] / core::units::um);
+      channel.uncertainty = std::max(channel.uncertainty, cycle.std[e] / core::units::um);
     channel.pose_text = pose;
     channel.zero = against_first ? compensation::Zero::first : compensation::Zero::absolute;
     channel.column = std::ssize(measurement.data.columns);
     measurement.data.columns.push_back(channel.id);
     measurement.data.values.conservativeResize(Eigen::NoChange, channel.column + 1);
-    measurement.data.values.col(channel.column) = all.values.col(1 + static_cast<Index>(k));
+    measurement.data.values.col(channel.column) = all.values.col(1 + k);
     measurement.channels.push_back(channel);
   }
   return with_record(measurement, beside);
@@ -204,7 +204,7 @@ Measurement points_measurement_of(const RTestRecord& record, const std::optional
                                       std::numeric_limits<double>::quiet_NaN());
   for (Index i = 0; i < std::ssize(rows); ++i) {
     measurement.data.values(i, 0) = rows[i].time;
-    measurement.data.values.row(i).segment<3>(1 + 3 * static_cast<Index>(rows[i].place)) =
+    measurement.data.values.row(i).segment<3>(1 + 3 * (rows[i].place)) =
         (rows[i].deviation / core::units::um).transpose();
   }
   return with_record(measurement, beside);

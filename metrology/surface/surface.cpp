@@ -87,8 +87,8 @@ std::vector<SurfaceCycle> read_surface(const Table& table, double radius) {
     cycle.at.resize(std::ssize(points), 2);
     cycle.height.resize(std::ssize(points));
     for (Index i = 0; i < std::ssize(points); ++i) {
-      cycle.at.row(i) = points[static_cast<std::size_t>(i)].at.transpose();
-      cycle.height[i] = points[static_cast<std::size_t>(i)].height;
+      cycle.at.row(i) = points[i].at.transpose();
+      cycle.height[i] = points[i].height;
     }
     points.clear();
   };
@@ -180,10 +180,9 @@ Estimates analyse(const SurfaceRecord& record) {
     }
     const LinearFit fit = fit_linear(rows, cycle.height);
     for (std::size_t m = 0; m < result.errors.size(); ++m) {
-      if (named[m] || !fit.hides(static_cast<Index>(m))) continue;
+      if (named[m] || !fit.hides(m)) continue;
       named[m] = true;
-      result.not_observable.push_back(result.errors[m] +
-                                      ": not observable: " + fit.same_effect(result.errors, static_cast<Index>(m), ""));
+      result.not_observable.push_back(result.errors[m] + ": not observable: " + fit.same_effect(result.errors, m, ""));
     }
     result.cycles.push_back(cycle_result(fit, modes, record.std * record.std));
     result.cycles.back().time = cycle.time;
@@ -213,8 +212,8 @@ Table surface_map(const SurfaceRecord& record, const Estimates& estimates, int s
     const VectorXd value = estimates.cycles[c].value.unaryExpr([](double v) { return std::isnan(v) ? 0.0 : v; });
     for (const Vector2d& at : grid) {
       const VectorXd share = surface_modes(at, record.radius, record.order).cwiseProduct(value);
-      table.values.row(row++) << estimates.cycles[c].time, static_cast<double>(c + 1), at.x() / units::mm,
-          at.y() / units::mm, share.sum() / units::um, share.tail(share.size() - 3).sum() / units::um;
+      table.values.row(row++) << estimates.cycles[c].time, c + 1, at.x() / units::mm, at.y() / units::mm,
+          share.sum() / units::um, share.tail(share.size() - 3).sum() / units::um;
     }
   }
   return table;
@@ -230,8 +229,8 @@ Table surface_points(const SurfaceRecord& record, const Estimates& estimates) {
   for (std::size_t c = 0; c < record.cycles.size(); ++c) {
     const SurfaceCycle& cycle = record.cycles[c];
     for (Index i = 0; i < cycle.height.size(); ++i) {
-      table.values.row(row++) << cycle.time, static_cast<double>(c + 1), cycle.at(i, 0) / units::mm,
-          cycle.at(i, 1) / units::mm, cycle.height[i] / units::um, estimates.cycles[c].residual[i] / units::um;
+      table.values.row(row++) << cycle.time, c + 1, cycle.at(i, 0) / units::mm, cycle.at(i, 1) / units::mm,
+          cycle.height[i] / units::um, estimates.cycles[c].residual[i] / units::um;
     }
   }
   return table;

@@ -82,7 +82,7 @@ Measurement displacement_record(const mesh::Machine& machine, const PlanFolder& 
         Index row = 0;
         (time.array() - plan.points[i].time).abs().minCoeff(&row);
         const double drawn = plan.probes.noise > 0 || plan.probes.repeatability > 0 ? noise * normal() : 0.0;
-        data.values(row, channel.column) = (run.error[i][static_cast<Index>(q)] + drawn) / units::um;
+        data.values(row, channel.column) = (run.error[i][q] + drawn) / units::um;
       }
     }
   }
@@ -101,7 +101,7 @@ void write_grid(const fs::path& folder, const fs::path& plan_folder, const mesh:
   const double std = std_of(plan);
   NormalDraws normal(seed + 1);
   for (Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d deviation = run.error[static_cast<std::size_t>(i)].head<3>() + std * normal.vector();
+    const Eigen::Vector3d deviation = run.error[i].head<3>() + std * normal.vector();
     points.values.row(i).tail<3>() = (deviation / units::um).transpose();
   }
   core::write_files_by(folder, [&](const fs::path& staged) {
@@ -142,10 +142,10 @@ void write_mandrel(const fs::path& folder, const mesh::Machine& machine, const P
   }
   NormalDraws normal(seed + 2);
   for (Index r = 0; r < readings.rows(); ++r) {
-    const std::size_t i = rows[static_cast<std::size_t>(r)];
+    const std::size_t i = rows[r];
     readings.values(r, 0) = plan.points[i].time;
     for (Index p = 0; p < std::ssize(probes); ++p) {
-      const Probe& probe = probes[static_cast<std::size_t>(p)];
+      const Probe& probe = probes[p];
       const Eigen::Vector3d shift = run.error[i].head<3>(), turn = run.error[i].tail<3>();
       readings.values(r, 1 + p) = (probe.direction.dot(shift + turn.cross(probe.at)) + std * normal()) / units::um;
     }
@@ -166,14 +166,14 @@ void write_surface(const fs::path& folder, const mesh::Machine& machine, const P
   points.columns = {"time_s", "cycle", "x_mm", "y_mm", "height_um"};
   points.values.resize(run.surface.size(), 5);
   constexpr double apart = 1e-3;  // s, between two points: a table has rising times
-  const auto last = static_cast<double>(run.surface.cols() - 1);
+  const double last = run.surface.cols() - 1;
   NormalDraws normal(seed + 3);
   Index row = 0;
   for (Index c = 0; c < run.surface.rows(); ++c) {
     for (Index i = 0; i < run.surface.cols(); ++i) {
-      const double time = run.middle[static_cast<std::size_t>(c)] + apart * (static_cast<double>(i) - 0.5 * last);
-      points.values.row(row++) << time, static_cast<double>(c + 1), run.surface_at(i, 0) / units::mm,
-          run.surface_at(i, 1) / units::mm, (run.surface(c, i) + std * normal()) / units::um;
+      const double time = run.middle[c] + apart * (i - 0.5 * last);
+      points.values.row(row++) << time, c + 1, run.surface_at(i, 0) / units::mm, run.surface_at(i, 1) / units::mm,
+          (run.surface(c, i) + std * normal()) / units::um;
     }
   }
   const std::string text = fmt::format(

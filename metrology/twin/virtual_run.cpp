@@ -40,8 +40,7 @@ struct History {
     const double share = span > 0 ? std::clamp((time - times[before]) / span, 0.0, 1.0) : 1.0;
     Eigen::VectorXd value = Eigen::VectorXd::Zero(rows_per_pose);
     for (const auto& [station, weight] : weights) {
-      value += weight * ((1.0 - share) * outputs[before].col(static_cast<Index>(station)) +
-                         share * outputs[after].col(static_cast<Index>(station)));
+      value += weight * ((1.0 - share) * outputs[before].col(station) + share * outputs[after].col(station));
     }
     return value;
   }
@@ -55,7 +54,7 @@ MatrixXd stack_rows(const solver::FullModel& full, const std::vector<Pose>& pose
   MatrixXd rows(rows_per_pose * std::ssize(poses), full.thermal.size);
   core::parallel_for(0, poses.size(), [&](std::size_t i) {
     const solver::OutputRows of_pose = full.elastic.output_rows(poses[i]);
-    const Index first = rows_per_pose * static_cast<Index>(i);
+    const Index first = rows_per_pose * i;
     rows.middleRows<6>(first) = of_pose.tool;
     rows.middleRows<6>(first + 6) = of_pose.table_axis;
     rows.middleRows<7>(first + 12) = of_pose.table_own;
@@ -128,11 +127,11 @@ std::vector<Index> table_nodes(const mesh::MachineMesh& mesh) {
   const Machine& machine = mesh.machine;
   const int table = machine.body_index(machine.tcp.table_body),
             surface = machine.surface_index(machine.tcp.table_surface);
-  const mesh::TetMesh& body = mesh.bodies[static_cast<std::size_t>(table)];
+  const mesh::TetMesh& body = mesh.bodies[table];
   const Eigen::Vector3d normal = solver::growth_axis(machine).second;
   constexpr double in_plane = 1e-3;  // m
   std::vector<Index> all, flat;
-  for (const int face : mesh.surfaces[static_cast<std::size_t>(surface)]) {
+  for (const int face : mesh.surfaces[surface]) {
     for (const int node : body.faces.col(face)) {
       all.push_back(node);
       if (std::abs(normal.dot(body.points.col(node) - machine.tcp.table_point)) < in_plane) flat.push_back(node);
@@ -197,7 +196,7 @@ VirtualRun run_virtually(const solver::FullModel& full, const solver::LoadProgra
   const int table = machine.body_index(machine.tcp.table_body);
   const Eigen::Matrix3d frame = surface_frame(machine);
   if (options.surface) {
-    const Eigen::Matrix3Xd& at = full.mesh.bodies[static_cast<std::size_t>(table)].points;
+    const Eigen::Matrix3Xd& at = full.mesh.bodies[table].points;
     run.surface_at.resize(std::ssize(on_surface), 2);
     run.surface.setZero(std::ssize(cycles), std::ssize(on_surface));
     for (Index i = 0; i < std::ssize(on_surface); ++i)
@@ -239,7 +238,7 @@ VirtualRun run_virtually(const solver::FullModel& full, const solver::LoadProgra
           errors.push_back(error_of(machine, one.quantity.poses()[k], history.at(middle, {{one.stations[k], 1.0}})));
         sum += one.quantity(errors);
       }
-      run.functionals(std::ssize(run.middle), static_cast<Index>(q)) = sum / static_cast<double>(functionals[q].size());
+      run.functionals(std::ssize(run.middle), q) = sum / static_cast<double>(functionals[q].size());
     }
     run.middle.push_back(middle);
   }

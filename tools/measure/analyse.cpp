@@ -96,7 +96,7 @@ constexpr std::size_t most_columns = 8;  ///< errors beside each other on the te
 Rows last_rows(const Estimates& estimates) {
   Rows rows{{"error", "unit", "last cycle", "U (k = 2)", "range"}};
   for (std::size_t e = 0; e < estimates.errors.size(); ++e) {
-    const auto at = static_cast<Eigen::Index>(e);
+    const auto at = e;
     double low = 1e300, high = -1e300;
     for (const CycleResult& cycle : estimates.cycles) {
       low = std::min(low, cycle.value[at] / units::um);
@@ -156,7 +156,7 @@ std::string residual_words(const Estimates& estimates, double std) {
     squares += cycle.residual.squaredNorm();
     degrees += cycle.degrees_of_freedom;
   }
-  const double pooled = degrees < enough ? 0.0 : std::sqrt(squares / static_cast<double>(degrees));
+  const double pooled = degrees < enough ? 0.0 : std::sqrt(squares / degrees);
   if (pooled <= suspicious * std) return "";
   return fmt::format(
       "residuals of {:.3g} um are {:.3g} times the stated uncertainty: the points show errors that are not estimated, "

@@ -22,8 +22,8 @@ constexpr std::size_t most_series = 8;
 VectorXd series_of(const metrology::Estimates& estimates, std::size_t error, bool expanded) {
   VectorXd values(std::ssize(estimates.cycles));
   for (Index i = 0; i < values.size(); ++i) {
-    const metrology::CycleResult& cycle = estimates.cycles[static_cast<std::size_t>(i)];
-    const auto e = static_cast<Index>(error);
+    const metrology::CycleResult& cycle = estimates.cycles[i];
+    const auto e = error;
     values[i] = (expanded ? 2.0 * cycle.std[e] : cycle.value[e]) / units::um;
   }
   return values;
@@ -65,9 +65,9 @@ std::string over_time(const metrology::Estimates& estimates, const std::string& 
     if (std::find(kinds.begin(), kinds.end(), estimates.units[e]) == kinds.end()) kinds.push_back(estimates.units[e]);
   VectorXd hours(std::ssize(estimates.cycles));
   for (Index i = 0; i < hours.size(); ++i)
-    hours[i] = (estimates.cycles[static_cast<std::size_t>(i)].time - estimates.cycles.front().time) / units::hour;
+    hours[i] = (estimates.cycles[i].time - estimates.cycles.front().time) / units::hour;
   constexpr double width = 860, panel_height = 240, step = 330;
-  core::Plot plot(width, 20 + step * static_cast<double>(kinds.size()), name);
+  core::Plot plot(width, 20 + step * kinds.size(), name);
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     const std::vector<std::size_t> errors = widest_of_unit(estimates, kinds[k]);
     core::Axis x{"time, h"}, y{kinds[k]};
@@ -79,7 +79,7 @@ std::string over_time(const metrology::Estimates& estimates, const std::string& 
     }
     x.close();
     y.close(0.05);
-    const double top = 60 + step * static_cast<double>(k);
+    const double top = 60 + step * k;
     plot.title(70, top - 34, name + ", " + kinds[k] + ", with U (k = 2)");
     core::Panel panel(plot, {70, top, width - 100, panel_height}, x, y);
     panel.x_axis();
