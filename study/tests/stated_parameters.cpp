@@ -19,7 +19,11 @@ std::vector<UncertainParameter> stated_parameters(const mesh::Machine& machine, 
     // process_heat is another name of a source's power.
     if (row.kind == Kind::process_heat || (diagnosis::needs_parts(row.kind) && !with_parts)) continue;
     for (const Item& item : items_of(machine, row.kind)) {
-      if (!(item.std_percent > 0.0)) continue;
+      const auto named = [&](const UncertainParameter& one) {
+        return one.parameter.kind == row.kind && one.parameter.where == item.id;
+      };
+      // Of two exchanges of a volume with the same ambient the name means the first.
+      if (!(item.std_percent > 0.0) || std::any_of(found.begin(), found.end(), named)) continue;
       found.push_back({diagnosis::make_parameter(row.kind, item.id), item.std_percent / 100.0,
                        compensation::machine_memory_s});
     }

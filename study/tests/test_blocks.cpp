@@ -105,9 +105,7 @@ public:
     return steady(name(axis), row, seconds);
   }
   TestBlock all(const std::string& name, VectorXd row) const {
-    const std::vector<int> each = loads();
-    const auto axes = static_cast<double>(machine_.axes.size());
-    for (const int axis : each) move(row, largest(axis), axis < 0 ? 1.0 : share_of_rapid / axes);
+    for (const int axis : loads()) move(row, largest(axis), axis < 0 ? 1.0 : share_of_rapid);
     return steady(name, row, options_.block_s);
   }
   TestBlock random(const std::string& name, const std::vector<int>& axes) const {
@@ -120,10 +118,9 @@ public:
     TestBlock block{name, {}};
     const auto intervals = std::max(1L, std::lround(options_.block_s / options_.interval_s));
     const double seconds = options_.block_s / static_cast<double>(intervals);
-    const auto moving = static_cast<double>(std::count_if(axes.begin(), axes.end(), [](int axis) { return axis >= 0; }));
     for (long i = 0; i < intervals; ++i) {
       VectorXd row = standing();
-      for (const LoadMotion& load : cycle.next()) move(row, load, load.axis < 0 ? 1.0 : share_of_rapid / moving);
+      for (const LoadMotion& load : cycle.next()) move(row, load, load.axis < 0 ? 1.0 : share_of_rapid);
       block.phases.push_back({fmt::format("{} {}", name, i + 1), seconds, row, row, false});
     }
     return probed(std::move(block));

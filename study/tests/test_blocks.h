@@ -40,8 +40,9 @@ struct BlockOptions {
   void validate() const;        ///< @throws InputError
 };
 
-/// Standstill with and without coolant and cutting fluid, spindle, each axis, all together; steady and as random
-/// cycles; the spindle at both ends of the travels.
+/// Standstill with and without coolant and cutting fluid, spindle, each axis, all at once; steady and as random cycles;
+/// the spindle at both ends of the travels. The largest feed is half of the rapid, since the other half of the time
+/// goes into acceleration and braking.
 std::vector<TestBlock> standard_blocks(const mesh::Machine& machine, const BlockOptions& options);
 
 /// Standstill, then the spindle, then one axis after another (the order of clauses 5 to 8 of ISO 230-3), each with an

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double fits_s = 1e-3;
 constexpr std::size_t promising = 2;  ///< replacements of a block that are run to the end
-constexpr double least_gain = 1e-6;
+constexpr double least_gain = 1e-3;
 
 }  // namespace
 

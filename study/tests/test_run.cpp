@@ -14,6 +14,7 @@
 #include "diagnosis/causes/parameter_sizes.h"
 #include "diagnosis/response/response.h"
 #include "diagnosis/response/tangents.h"
+#include "solver/campaign/simulation.h"
 
 namespace thermotwin::study {
 
@@ -128,10 +129,11 @@ struct TestRun::Parts {
     TestReadings readings{time, false, VectorXd(sensors()), MatrixXd::Zero(sensors(), setup.unknowns()),
                           VectorXd(sensors())};
     const MatrixXd tangents = along->run.tangents();
+    const VectorXd offsets = solver::sensor_offsets(model.machine, model.system.layout);
     for (Index s = 0; s < sensors(); ++s) {
       const int sensor = setup.sensors[s];
       const auto row = model.system.sensors.row(sensor);
-      readings.predicted[s] = row.dot(along->run.state());
+      readings.predicted[s] = row.dot(along->run.state()) + offsets[sensor];
       readings.rows.row(s).head(variant_count()) = (row * tangents).cwiseProduct(per_std.transpose());
       readings.rows(s, variant_count() + s) = setup.bias_K;
       readings.std[s] = std::max(model.machine.sensors[sensor].uncertainty, 1e-3);
