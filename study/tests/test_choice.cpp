@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -25,6 +26,8 @@ namespace {
 constexpr double fits_s = 1e-3;
 constexpr std::size_t promising = 2;  ///< replacements of a block that are run to the end
 constexpr double least_gain = 1e-3;
+constexpr double long_block = 2.0;  ///< times the shortest one: looked at again only while it may still be the best
+constexpr double may_gain = 2.0;    ///< times its last rate, since the thermal state has changed
 
 }  // namespace
 
@@ -76,22 +79,37 @@ TestPath TestChoice::evaluate(const TestOrder& order) const {
   return path;
 }
 
+std::vector<std::size_t> TestChoice::by_length() const {
+  std::vector<std::size_t> order(blocks_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return blocks_[a].seconds() < blocks_[b].seconds(); });
+  return order;
+}
+
 TestOrder TestChoice::greedy(double seconds) const {
   TestOrder order;
   Stage at = start_;
   double left = seconds, now = prior_um2();
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const TestBlock& block : blocks_) shortest = std::min(shortest, block.seconds());
+  std::vector<double> last_rate(blocks_.size(), std::numeric_limits<double>::infinity());
   core::Progress progress("choosing blocks", static_cast<std::size_t>(std::max(1.0, std::ceil(seconds / 60.0))));
   while (true) {
     const TestBlock* best = nullptr;
     double best_rate = -std::numeric_limits<double>::infinity(), best_variance = now;
     Stage next;
-    for (const TestBlock& block : blocks_) {
+    // Short blocks first: most long ones then need no run.
+    for (const std::size_t i : by_length()) {
+      const TestBlock& block = blocks_[i];
       if (block.seconds() > left + fits_s) continue;
+      if (block.seconds() > long_block * shortest && may_gain * last_rate[i] < best_rate) continue;
       run_.take_up(*at.state);
       MatrixXd information = run_.run(block);
       if (at.information.size() > 0) information += at.information;
       const double after = variance(information);
       const double rate = std::log(now / std::max(after, std::numeric_limits<double>::min())) / block.seconds();
+      last_rate[i] = rate;
       if (rate <= best_rate) continue;
       best = &block;
       best_rate = rate;

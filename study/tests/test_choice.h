@@ -49,6 +49,7 @@ private:
     std::shared_ptr<const TestRun::Kept> state;
     Eigen::MatrixXd information;
   };
+  std::vector<std::size_t> by_length() const;
   double variance(const Eigen::MatrixXd& information) const;
   Eigen::MatrixXd covariance(const Eigen::MatrixXd& information) const;
   double run_on(const Stage& from, const TestOrder& order, std::size_t first) const;

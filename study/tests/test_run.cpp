@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/range.h"
+#include "core/units.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter_sizes.h"
@@ -26,6 +27,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double same_time_s = 1e-6;
+constexpr double prediction_every_s = 1200.0;
 
 /// Translations at the poses, um per state: (3 poses x r).
 MatrixXd translations(const reduction::ReducedModel& model, const std::vector<mesh::Pose>& poses) {
@@ -244,14 +246,17 @@ MatrixXd TestRun::prediction(const std::vector<solver::LoadProgram>& loads,
   for (const solver::LoadProgram& load : loads) {
     Along along(of.model, load.initial_C(), variants);
     const VectorXd start = along.run.state();
-    core::Progress progress("sensitivities along '" + load.name() + "'", std::max<std::size_t>(1, load.stops().size()));
+    core::Progress progress("sensitivities along '" + load.name() + "'",
+                            std::max<std::size_t>(1, static_cast<std::size_t>(load.duration() / core::units::minute)));
     double before = 0.0;
     for (const double stop : load.stops()) {
+      if (stop - before < prediction_every_s - same_time_s && !load.is_corner(stop)) continue;
       const double parts = std::ceil((stop - before) / of.setup.step_s - 1e-9);
       for (double k = 0; k < parts; ++k) {
         const double from = before + (stop - before) * k / parts, to = before + (stop - before) * (k + 1) / parts;
         along.step(load.row(from, to), to - from);
       }
+      progress.advance(static_cast<std::size_t>((stop - before) / core::units::minute));
       before = stop;
       MatrixXd errors = rows * along.run.tangents();
       for (Index v = 0; v < count; ++v)
@@ -259,7 +264,6 @@ MatrixXd TestRun::prediction(const std::vector<solver::LoadProgram>& loads,
       errors *= of.per_std.head(count).asDiagonal();
       sum.noalias() += errors.transpose() * errors;
       ++times;
-      progress.advance();
     }
     if (!along.run.finite())
       throw core::SolverError("study tests: the reduced model's state is no longer finite along '" + load.name() + "'");

@@ -27,7 +27,7 @@ struct TestSetup {
   double start_C = 20;                           ///< uniform temperature at the start
   double start_std_K = 0.3;                      ///< of it
   double reading_s = 600;                        ///< between readings of the sensors
-  double step_s = 300;                           ///< longest time step
+  double step_s = 600;                           ///< longest time step
   double bias_K = 0.1;                           ///< standard deviation of a sensor's constant error
   double probe_std_um = 0.5;                     ///< of a probed translation, also of the reading at the start
   void validate() const;                         ///< @throws InputError; also without any sensor or probe
@@ -59,7 +59,7 @@ public:
   void take_up(const Kept& kept);
 
   /// What the parameters change of the TCP's translations since the start of a program, mean over poses and times of
-  /// the products: (parameters x parameters) um^2 per squared standard deviation.
+  /// the products: (parameters x parameters) um^2 per squared standard deviation. Times are 20 min apart, and corners.
   Eigen::MatrixXd prediction(const std::vector<solver::LoadProgram>& loads, const std::vector<mesh::Pose>& poses) const;
 
 private:

@@ -37,7 +37,7 @@ std::vector<std::string> lines_of(const fs::path& file) {
 }
 
 TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
-  const Result made = run({"--hours", "4", "--exchanges", "1", "--json"});
+  const Result made = run({"--hours", "3", "--exchanges", "1", "--json"});
   ASSERT_EQ(made.status, 0) << made.err;
   const json summary = json::parse(made.out);
   const double chosen = summary["chosen_um2"];
@@ -49,11 +49,11 @@ TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
   EXPECT_NEAR(summary["below_best_random_percent"].get<double>(),
               100.0 * (1.0 - chosen / summary["best_random_um2"].get<double>()), 1e-9);
 
-  // The table: one row a block, hours that rise to four, variances that fall to the last.
+  // The table: one row a block, hours that rise to three, variances that fall to the last.
   const std::vector<std::string> tests = lines_of(study() / "tests.csv");
   EXPECT_EQ(tests[0], "hours,block,variance_um2,left_um,tells");
   ASSERT_EQ(tests.size(), 2 + summary["blocks"].size());
-  EXPECT_EQ(tests.back().substr(0, 2), "4,");
+  EXPECT_EQ(tests.back().substr(0, 2), "3,");
   double before = summary["prior_um2"];
   for (const json& block : summary["blocks"]) {
     EXPECT_LE(block["variance_um2"].get<double>(), (1 + 1e-9) * before);
@@ -66,7 +66,7 @@ TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
 
   // The same command, the same bytes but for the time that it took.
   const auto files = files_in(study());
-  ASSERT_EQ(run({"--hours", "4", "--exchanges", "1"}).status, 0);
+  ASSERT_EQ(run({"--hours", "3", "--exchanges", "1"}).status, 0);
   for (const auto& [name, bytes] : files_in(study()))
     if (name != "tests.json" && !name.ends_with("lock")) {
       EXPECT_EQ(bytes, files.at(name)) << name;
@@ -77,10 +77,10 @@ TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
   const Result simulated = toy_.run({"simulate", toy_.path(), "--load", "test", "--quiet"});
   EXPECT_EQ(simulated.status, 0) << simulated.err;
   const core::Table sensors = core::read_csv(toy_.result("simulate/test/sensors.csv"));
-  EXPECT_NEAR(sensors.values(sensors.rows() - 1, 0), 4 * 3600.0, 1e-6);
+  EXPECT_NEAR(sensors.values(sensors.rows() - 1, 0), 3 * 3600.0, 1e-6);
   const std::string record = toy_.result("record").string();
   const Result measured =
-      run_program({"measure", "simulate", study().string(), "--case", toy_.path(), "--quiet", "--out", record});
+      thermotwin({"measure", "simulate", study().string(), "--case", toy_.path(), "--quiet", "--out", record});
   ASSERT_EQ(measured.status, 0) << measured.err;
   EXPECT_SAYS(read(fs::path(record) / "channels.toml"), "quantity = \"dz\"");
 }

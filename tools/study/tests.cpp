@@ -57,6 +57,7 @@ study::TestSetup setup_of(const StudyTestsOptions& options, const reduction::Red
   const int air = machine.ambient_index("air");
   setup.start_C = air < 0 ? machine.reference_C : machine.ambients[air].default_C.value;
   setup.reading_s = options.every_min * core::units::minute;
+  setup.step_s = std::min(setup.step_s, setup.reading_s);
   setup.bias_K = options.bias_K;
   setup.probe_std_um = options.probe_um;
   if (setup.sensors.empty() && setup.probes.empty()) {

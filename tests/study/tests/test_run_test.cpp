@@ -155,7 +155,7 @@ TEST(TestRun, InformationIsTheSumOfItsReadingsAndTheStateCanBeTakenUp) {
 
 TEST(TestRun, PredictionIsWhatDeviationsChangeOfTheTcp) {
   const solver::LoadProgram load = solver::LoadProgram::parse(
-      "schema = 1\noutput_s = 600\ntime_step_s = 60\n[[phase]]\nduration_h = 2\nspindle_rpm = 9000\n", "load.toml",
+      "schema = 1\noutput_s = 1200\ntime_step_s = 60\n[[phase]]\nduration_h = 2\nspindle_rpm = 9000\n", "load.toml",
       test_rods().machine);
   TestSetup of = run_setup();
   of.parameters.resize(2);
@@ -176,7 +176,7 @@ TEST(TestRun, PredictionIsWhatDeviationsChangeOfTheTcp) {
     };
     changes.push_back((tcp(0.05) - tcp(-0.05)) / 0.1);
   }
-  const double rows = 12.0 * static_cast<double>(poses.size());  // times after the start, poses
+  const double rows = 6.0 * static_cast<double>(poses.size());  // times after the start, poses
   for (Index i = 0; i < 2; ++i)
     for (Index j = 0; j < 2; ++j) EXPECT_NEAR(found(i, j), changes[i].dot(changes[j]) / rows, 0.02 * found.trace());
 }
