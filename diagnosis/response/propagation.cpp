@@ -43,9 +43,8 @@ std::vector<MatrixXd> propagate(const Nominal& nominal, const std::vector<Varian
   std::vector<MatrixXd> out(variants.size() + 1, MatrixXd(points, outputs));
   const auto record_all = [&](Index point) {
     out[0].row(point) = (nominal.rows * run.state()).transpose();
-    core::parallel_for(0, run.blocks().size(), [&](std::size_t b) {
-      record(nominal, run.state(), *run.blocks()[b], variants, point, out);
-    });
+    core::parallel_for(0, run.blocks().size(),
+                       [&](std::size_t b) { record(nominal, run.state(), *run.blocks()[b], variants, point, out); });
   };
   record_all(0);
   for (Index s = 0; s + 1 < points; ++s) {

@@ -34,9 +34,9 @@ public:
   Kept keep() const;  ///< between two steps
   void take_up(const Kept& kept);
 
-  const Eigen::VectorXd& state() const { return state_; }       ///< (r) at the start of the step
-  const Eigen::VectorXd& last() const { return last_; }         ///< (r) at its end
-  double scale() const { return scale_; }                       ///< s, gamma times the step
+  const Eigen::VectorXd& state() const { return state_; }        ///< (r) at the start of the step
+  const Eigen::VectorXd& last() const { return last_; }          ///< (r) at its end
+  double scale() const { return scale_; }                        ///< s, gamma times the step
   Eigen::MatrixXd stored(const Eigen::MatrixXd& columns) const;  ///< capacity times columns
   /// (E + gamma h A)^-1 columns
   Eigen::MatrixXd solve(const Eigen::MatrixXd& columns) const;
@@ -46,7 +46,7 @@ private:
   struct Work;
   const Nominal& nominal_;
   std::unique_ptr<Work> work_;
-  Eigen::VectorXd state_, sensors_;  ///< at the start of the step
+  Eigen::VectorXd state_, sensors_;      ///< at the start of the step
   Eigen::VectorXd first_, next_, last_;  ///< stages, and what the second one starts from
   double step_ = 0, scale_ = 0;
 };

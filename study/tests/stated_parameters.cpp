@@ -24,8 +24,8 @@ std::vector<UncertainParameter> stated_parameters(const mesh::Machine& machine, 
       };
       // Of two exchanges of a volume with the same ambient the name means the first.
       if (!(item.std_percent > 0.0) || std::any_of(found.begin(), found.end(), named)) continue;
-      found.push_back({diagnosis::make_parameter(row.kind, item.id), item.std_percent / 100.0,
-                       compensation::machine_memory_s});
+      found.push_back(
+          {diagnosis::make_parameter(row.kind, item.id), item.std_percent / 100.0, compensation::machine_memory_s});
     }
   }
   return found;
@@ -36,8 +36,7 @@ std::string key_of(const UncertainParameter& parameter) {
 }
 
 std::vector<UncertainParameter> chosen_parameters(std::vector<UncertainParameter> all,
-                                                  const std::vector<std::string>& names,
-                                                  const mesh::Machine& machine) {
+                                                  const std::vector<std::string>& names, const mesh::Machine& machine) {
   if (all.empty()) {
     throw core::InputError(machine.path.string(), "no value has a std_percent",
                            "{value = ..., std_percent = ...} at the values that a test shall tell");

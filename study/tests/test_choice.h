@@ -23,10 +23,10 @@ using TestOrder = std::vector<const TestBlock*>;
 /// A test after each of its blocks.
 struct TestPath {
   TestOrder blocks;
-  std::vector<double> hours;           ///< at the end of each block
-  std::vector<double> variance_um2;    ///< tr(M S) there
+  std::vector<double> hours;            ///< at the end of each block
+  std::vector<double> variance_um2;     ///< tr(M S) there
   std::vector<Eigen::VectorXd> shares;  ///< (parameters) what each block lowers of the diagonal of M S, um^2
-  Eigen::MatrixXd covariance;          ///< (parameters x parameters) at the end, per squared prior deviation
+  Eigen::MatrixXd covariance;           ///< (parameters x parameters) at the end, per squared prior deviation
   double end_um2() const { return variance_um2.back(); }
 };
 

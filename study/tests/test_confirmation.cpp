@@ -44,8 +44,7 @@ std::pair<double, double> squares(const reduction::ReducedModel& model, const me
       if (channel == of.measured.channels.end() || of.measured.data.rows() != times)
         throw core::InputError(of.measured.folder.string(), "other times or poses", "the run of this study");
       const VectorXd truth = of.measured.values(*channel), all = tcp.column(std::string(quantity) + "_um");
-      for (Index t = 1; t < times; ++t)
-        sum += std::pow(all[t * count + p] - all[p] - (truth[t] - truth[0]), 2);
+      for (Index t = 1; t < times; ++t) sum += std::pow(all[t * count + p] - all[p] - (truth[t] - truth[0]), 2);
     }
   }
   return {sum, static_cast<double>(count * (times - 1))};
@@ -85,8 +84,7 @@ std::vector<ConfirmedMachine> confirm_tests(const solver::Case& machine_case, co
     std::vector<VectorXd> values{nominal};
     for (const ConfirmedTest& test : tests) {
       const auto load = solver::LoadProgram::parse(test.text, test.name + ".toml", model.machine);
-      TestBlock block =
-          program_block(model.machine, load, as_it_is, std::numeric_limits<double>::infinity());
+      TestBlock block = program_block(model.machine, load, as_it_is, std::numeric_limits<double>::infinity());
       for (TestPhase& phase : block.phases) phase.probes = phase.name == probe_phase;
       values.push_back(estimate(model, setup, block, machines.measure(seed, load, test.text)));
     }

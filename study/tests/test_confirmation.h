@@ -20,8 +20,8 @@ struct ConfirmedTest {
 
 /// RMS over times and check points of the error of the predicted translations since the start, um.
 struct ConfirmedMachine {
-  double nominal_um = 0;          ///< with the values of machine.toml
-  std::vector<double> tests_um;   ///< with those estimated from each test
+  double nominal_um = 0;         ///< with the values of machine.toml
+  std::vector<double> tests_um;  ///< with those estimated from each test
 };
 
 /// @param loads  names of the predicted load programs  @param keep  folder of the measured machines

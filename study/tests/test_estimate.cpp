@@ -25,7 +25,8 @@ public:
       : time_(measured.time()) {
     for (const int sensor : setup.sensors) {
       const std::string& id = machine.sensors[sensor].id;
-      sensors_.push_back(measured.values(channel(measured, id, [&](const MeasuredChannel& c) { return c.sensor == id; })));
+      sensors_.push_back(
+          measured.values(channel(measured, id, [&](const MeasuredChannel& c) { return c.sensor == id; })));
       sensors_.back().array() -= machine.reference_C;
     }
     for (const mesh::Pose& pose : setup.probes) {
@@ -43,10 +44,9 @@ public:
     const std::vector<VectorXd>& channels = readings.probe ? probes_ : sensors_;
     VectorXd values(std::ssize(channels));
     const Index last = time_.size() - 1;
-    const Index after = std::clamp<Index>(
-        std::lower_bound(time_.begin(), time_.end(), readings.time - 1e-6) - time_.begin(), 1, last);
-    const double share =
-        std::clamp((readings.time - time_[after - 1]) / (time_[after] - time_[after - 1]), 0.0, 1.0);
+    const Index after =
+        std::clamp<Index>(std::lower_bound(time_.begin(), time_.end(), readings.time - 1e-6) - time_.begin(), 1, last);
+    const double share = std::clamp((readings.time - time_[after - 1]) / (time_[after] - time_[after - 1]), 0.0, 1.0);
     for (Index i = 0; i < values.size(); ++i)
       values[i] = (1.0 - share) * channels[i][after - 1] + share * channels[i][after];
     return values;

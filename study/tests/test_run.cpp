@@ -203,8 +203,7 @@ MatrixXd TestRun::run(const TestBlock& block, const Take& take) {
       const double share = (within + 0.5 * length) / phase.seconds;
       VectorXd row = phase.from;
       for (Index i = 0; i < row.size(); ++i)
-        if (phase.to[i] != phase.from[i] && std::isfinite(phase.to[i]))
-          row[i] += share * (phase.to[i] - phase.from[i]);
+        if (phase.to[i] != phase.from[i] && std::isfinite(phase.to[i])) row[i] += share * (phase.to[i] - phase.from[i]);
       of.along->step(row, length);
       within += length;
       passed += length;

@@ -117,8 +117,7 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
                             "told best in the hours of a test.",
                             "thermotwin study tests cases/vmc5 --hours 24 --confirm 3", options, &study_tests);
   verb->add_option("CASE", tests.case_path, "Case folder or case.toml.")->required();
-  verb->add_option("--model", tests.model,
-                   "Reduced model (default: model.rom.h5 in --out, else made from the case).");
+  verb->add_option("--model", tests.model, "Reduced model (default: model.rom.h5 in --out, else made from the case).");
   verb->add_option("--hours", tests.hours, "Length of the test, h.")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
@@ -136,17 +135,17 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
                  "Allow load programs that set the temperature of the surroundings: the machine stands in a chamber.");
   verb->add_option("--load", tests.loads,
                    "Load programs whose TCP error the test shall make certain (default: holdout of the case).");
-  verb->add_option("--parameter", tests.parameters,
-                   "Values to tell, as KIND:WHERE (default: all with a std_percent).");
+  verb->add_option("--parameter", tests.parameters, "Values to tell, as KIND:WHERE (default: all with a std_percent).");
   verb->add_option("--every", tests.every_min, "Time between two readings of the sensors, min.")
       ->check(CLI::Range(1.0, 1440.0))
       ->capture_default_str();
   verb->add_option("--bias", tests.bias_K, "Standard deviation of a sensor's constant error, K.")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  auto* probed = verb->add_option("--probe-every", tests.probe_every_min, "Time between two readings of the probe, min.")
-                     ->check(CLI::Range(5.0, 1440.0))
-                     ->capture_default_str();
+  auto* probed =
+      verb->add_option("--probe-every", tests.probe_every_min, "Time between two readings of the probe, min.")
+          ->check(CLI::Range(5.0, 1440.0))
+          ->capture_default_str();
   auto* std_um = verb->add_option("--probe-std", tests.probe_um, "Standard deviation of a probed translation, um.")
                      ->check(CLI::Range(1e-3, 1000.0))
                      ->capture_default_str();

@@ -48,8 +48,8 @@ study::BlockOptions block_options(const StudyTestsOptions& options, const mesh::
 study::TestSetup setup_of(const StudyTestsOptions& options, const reduction::ReducedModel& model) {
   const mesh::Machine& machine = model.machine;
   study::TestSetup setup;
-  setup.parameters = study::chosen_parameters(study::stated_parameters(machine, model.parts.has_value()),
-                                              options.parameters, machine);
+  setup.parameters =
+      study::chosen_parameters(study::stated_parameters(machine, model.parts.has_value()), options.parameters, machine);
   for (study::UncertainParameter& one : study::uncertain_parameters(model))
     if (one.parameter.kind == diagnosis::Kind::ambient_offset) setup.surroundings.push_back(std::move(one));
   for (int s = 0; s < std::ssize(machine.sensors); ++s) setup.sensors.push_back(s);
@@ -116,15 +116,17 @@ core::Table points_of(const mesh::Machine& machine, const TestPath& path, const 
   return table;
 }
 
-std::string csv_word(const std::string& words) { return words.find(',') == std::string::npos ? words : '"' + words + '"'; }
+std::string csv_word(const std::string& words) {
+  return words.find(',') == std::string::npos ? words : '"' + words + '"';
+}
 
 std::string tests_csv(const TestStudy& study) {
   std::string text = "hours,block,variance_um2,left_um,tells\n";
   text += fmt::format("0,-,{:.9g},{:.9g},\n", study.prior_um2, std::sqrt(study.prior_um2));
   for (std::size_t i = 0; i < study.chosen.blocks.size(); ++i) {
-    text += fmt::format("{:.9g},{},{:.9g},{:.9g},{}\n", study.chosen.hours[i], csv_word(study.chosen.blocks[i]->name),
-                        study.chosen.variance_um2[i], std::sqrt(study.chosen.variance_um2[i]),
-                        csv_word(told_by(study, i)));
+    text +=
+        fmt::format("{:.9g},{},{:.9g},{:.9g},{}\n", study.chosen.hours[i], csv_word(study.chosen.blocks[i]->name),
+                    study.chosen.variance_um2[i], std::sqrt(study.chosen.variance_um2[i]), csv_word(told_by(study, i)));
   }
   return text;
 }
@@ -192,11 +194,12 @@ void write_test(const StudyTestsOptions& options, const mesh::Machine& machine, 
     core::write_file(staged / "parameters.csv", parameters_csv(study));
     if (!setup.probes.empty()) {
       core::write_csv(staged / "points.csv", points_of(machine, study.chosen, setup.probes.front()), 12);
-      core::write_file(staged / "plan.toml",
-                       fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\nkind = \"etve\"\nmachine = "
-                                   "\"{}\"\nload = \"load.toml\"\n",
-                                   machine.name) +
-                           metrology::probes_text(metrology::ProbeSetup{}));
+      core::write_file(
+          staged / "plan.toml",
+          fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\nkind = \"etve\"\nmachine = "
+                      "\"{}\"\nload = \"load.toml\"\n",
+                      machine.name) +
+              metrology::probes_text(metrology::ProbeSetup{}));
       files.insert(files.end(), {"points.csv", "plan.toml"});
     }
     core::write_file(staged / "tests.json", summary.dump(1) + "\n");
@@ -245,8 +248,7 @@ void study_tests(const StudyTestsOptions& given) {
   const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   const study::TestSetup setup = setup_of(options, model);
   const core::FolderLock lock(folder);
-  const std::vector<TestBlock> iso =
-      study::iso_230_3_blocks(model.machine, how, options.hours * core::units::hour);
+  const std::vector<TestBlock> iso = study::iso_230_3_blocks(model.machine, how, options.hours * core::units::hour);
   Eigen::VectorXd nominal(std::ssize(setup.parameters));
   for (Index p = 0; p < nominal.size(); ++p) nominal[p] = setup.parameters[p].parameter.nominal;
   study::TestRun run(model, nominal, setup);
@@ -260,10 +262,10 @@ void study_tests(const StudyTestsOptions& given) {
   };
   const std::string load = text_of(study.chosen, "test chosen by study tests");
   if (options.confirm > 0) {
-    study.confirmed = study::confirm_tests(
-        machine_case, model, setup,
-        {{"chosen", load}, {"random", text_of(study.random.front(), "random order of blocks")}}, options.loads,
-        options.confirm, folder / "measured", options.out / "cache");
+    study.confirmed =
+        study::confirm_tests(machine_case, model, setup,
+                             {{"chosen", load}, {"random", text_of(study.random.front(), "random order of blocks")}},
+                             options.loads, options.confirm, folder / "measured", options.out / "cache");
   }
   json summary = json_of_tests(study, blocks.size());
   summary["order"] = model.system.order();

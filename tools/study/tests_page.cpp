@@ -146,8 +146,8 @@ std::string confirmed_sentence(const TestStudy& study) {
       "Predicted were {:.2f}, {:.2f} and {:.2f} um.",
       study.confirmed.size(), median_of(study, [](const study::ConfirmedMachine& one) { return one.nominal_um; }),
       median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[0]; }),
-      median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[1]; }),
-      std::sqrt(study.prior_um2), std::sqrt(study.chosen.end_um2()), std::sqrt(study.random.front().end_um2()));
+      median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[1]; }), std::sqrt(study.prior_um2),
+      std::sqrt(study.chosen.end_um2()), std::sqrt(study.random.front().end_um2()));
 }
 
 std::string tests_page(const StudyTestsOptions& options, const TestStudy& study) {
@@ -163,7 +163,8 @@ std::string tests_page(const StudyTestsOptions& options, const TestStudy& study)
                          hours_svg(study)) +
       core::html_section("Blocks", "in their order, and the values that each tells most",
                          core::html_table(test_table(study))) +
-      core::html_section("Values", "standard deviations before and after a test", core::html_table(parameter_table(study)));
+      core::html_section("Values", "standard deviations before and after a test",
+                         core::html_table(parameter_table(study)));
   if (!study.confirmed.empty()) {
     body += core::html_section("Machines measured virtually", "RMS of the prediction's error at the check points",
                                core::html_table(machines_table(study)));

@@ -42,8 +42,8 @@ TEST(StandardBlocks, LoadEachDriveAndStandWhereTheProbeMeasures) {
     }
     EXPECT_EQ(probed, 3) << block.name;
   }
-  for (const char* name : {"standstill", "standstill, no coolant", "spindle", "spindle, random", "Z", "Z, random", "all",
-                           "spindle, axes high"})
+  for (const char* name : {"standstill", "standstill, no coolant", "spindle", "spindle, random", "Z", "Z, random",
+                           "all", "spindle, axes high"})
     EXPECT_TRUE(names.contains(name)) << name;
   const auto random = std::find_if(blocks.begin(), blocks.end(), [](const auto& b) { return b.name == "Z, random"; });
   std::set<double> feeds;

@@ -95,8 +95,8 @@ TEST(TestRun, ReadsWhatItsLoadProgramMakes) {
   for (const TestReadings& one : readings_of(run_setup(), test.order)) {
     const Index row = row_at(one.probe ? result.tcp : result.sensors, one.time);
     for (Index i = 0; i < one.predicted.size(); ++i) {
-      const std::string name = one.probe ? std::vector<std::string>{"dx_um", "dy_um", "dz_um"}[i]
-                                         : test_rods().machine.sensors[i].id + "_C";
+      const std::string name =
+          one.probe ? std::vector<std::string>{"dx_um", "dy_um", "dz_um"}[i] : test_rods().machine.sensors[i].id + "_C";
       const VectorXd column = (one.probe ? result.tcp : result.sensors).column(name);
       const double truth = one.probe ? column[row] - column[0] : column[row] - test_rods().machine.reference_C;
       EXPECT_NEAR(one.predicted[i], truth, 1e-6 * column.cwiseAbs().maxCoeff()) << name << " at " << one.time;
@@ -122,7 +122,8 @@ TEST(TestRun, RowsAreChangesByOneDeviation) {
         run_of(diagnosis::with_parameter(test_rods().machine, one, one.nominal - small), test.load);
     double largest = 0.0, off = 0.0;
     for (const TestReadings& reading : readings) {
-      const core::Table &above = reading.probe ? more.tcp : more.sensors, &below = reading.probe ? less.tcp : less.sensors;
+      const core::Table &above = reading.probe ? more.tcp : more.sensors,
+                        &below = reading.probe ? less.tcp : less.sensors;
       const Index row = row_at(above, reading.time);
       for (Index i = 0; i < reading.predicted.size(); ++i) {
         const std::string name = reading.probe ? std::vector<std::string>{"dx_um", "dy_um", "dz_um"}[i]
@@ -167,8 +168,9 @@ TEST(TestRun, PredictionIsWhatDeviationsChangeOfTheTcp) {
       reduction::ReducedRun how;
       how.tell = false;
       const core::Table table =
-          reduction::simulate_reduced(
-              test_rods(), diagnosis::with_parameter(test_rods().machine, one.parameter, 1.0 + by * one.std), load, poses, how)
+          reduction::simulate_reduced(test_rods(),
+                                      diagnosis::with_parameter(test_rods().machine, one.parameter, 1.0 + by * one.std),
+                                      load, poses, how)
               .tcp;
       VectorXd all(3 * table.rows());
       all << table.column("dx_um"), table.column("dy_um"), table.column("dz_um");
