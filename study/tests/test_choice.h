@@ -2,9 +2,9 @@
 #pragma once
 // Chooses the blocks of a test and their order by the variance of the TCP's error that the parameters leave after it:
 //   tr(M S),  S the parameters' part of (1 + J)^-1,
-// with the information J of all blocks (test_run.h) and M of the prediction. Greedy: the block that lowers its logarithm
-// most per hour is next; the thermal state goes on. Exchange: a block is replaced by one that promises less variance and
-// keeps it (Fedorov 1972); what follows is run anew, since its readings depend on the state.
+// with the information J of all blocks (test_run.h) and M of the prediction. Greedy: the block that lowers its
+// logarithm most per hour is next; the thermal state goes on. Exchange: a block is replaced by one that promises less
+// variance and keeps it (Fedorov 1972); what follows is run anew, since its readings depend on the state.
 
 #include <Eigen/Core>
 
