@@ -117,7 +117,7 @@ public:
     metrology::RandomLoads cycle(limits, change_probability, false, options_.seed);
     TestBlock block{name, {}};
     const auto intervals = std::max(1L, std::lround(options_.block_s / options_.interval_s));
-    const double seconds = options_.block_s / static_cast<double>(intervals);
+    const double seconds = options_.block_s / intervals;
     for (long i = 0; i < intervals; ++i) {
       VectorXd row = standing();
       for (const LoadMotion& load : cycle.next()) move(row, load, load.axis < 0 ? 1.0 : share_of_rapid);
@@ -131,10 +131,10 @@ public:
     const double every = options_.probe_every_s, stands = options_.probe_s, length = block.seconds();
     if (!(every > 0) || !(length > 2.0 * stands)) return block;
     TestBlock cut{block.name, {}};
-    const auto readings = std::max(1L, static_cast<long>(std::floor(length / every + 1e-9)));
-    const bool even = std::abs(static_cast<double>(readings) * every - length) < near_s;
+    const double readings = std::max(1.0, std::floor(length / every + 1e-9));
+    const bool even = std::abs(readings * every - length) < near_s;
     std::vector<double> ends;
-    for (long i = 1; i <= readings; ++i) ends.push_back(std::min(static_cast<double>(i) * every, length));
+    for (double i = 1.0; i <= readings; ++i) ends.push_back(std::min(i * every, length));
     if (!even && length - ends.back() > 2.0 * stands) ends.push_back(length);
     double before = 0.0;
     for (const double end : ends) {
@@ -299,12 +299,12 @@ std::vector<TestBlock> iso_230_3_blocks(const mesh::Machine& machine, const Bloc
   options.validate();
   const Maker make(machine, options);
   const std::vector<int> loads = make.loads();
-  const double each = seconds / static_cast<double>(loads.size() + 1);
+  const double tests = std::ssize(loads), each = seconds / (tests + 1.0);
   // Whole intervals of the sensors' rows, so that all readings fall on one.
   const double unit = 600.0, load = std::max(unit, std::floor(2.0 / 3.0 * each / unit) * unit),
                rest = std::max(unit, std::floor(each / unit) * unit - load);
   std::vector<TestBlock> blocks;
-  const double first = std::max(unit, seconds - static_cast<double>(loads.size()) * (load + rest));
+  const double first = std::max(unit, seconds - tests * (load + rest));
   blocks.push_back(make.steady("standstill", make.standing(), first));
   for (const int axis : loads) {
     blocks.push_back(make.loaded(axis, load));

@@ -94,7 +94,7 @@ TestOrder TestChoice::greedy(double seconds) const {
   double shortest = std::numeric_limits<double>::infinity();
   for (const TestBlock& block : blocks_) shortest = std::min(shortest, block.seconds());
   std::vector<double> last_rate(blocks_.size(), std::numeric_limits<double>::infinity());
-  core::Progress progress("choosing blocks", static_cast<std::size_t>(std::max(1.0, std::ceil(seconds / 60.0))));
+  core::Progress progress("choosing blocks", std::max(1L, std::lround(seconds / 60.0)));
   while (true) {
     const TestBlock* best = nullptr;
     double best_rate = -std::numeric_limits<double>::infinity(), best_variance = now;
@@ -121,7 +121,7 @@ TestOrder TestChoice::greedy(double seconds) const {
     at = std::move(next);
     now = best_variance;
     left -= best->seconds();
-    progress.advance(static_cast<std::size_t>(best->seconds() / 60.0));
+    progress.advance(std::lround(best->seconds() / 60.0));
   }
   if (order.empty()) {
     throw core::InputError("length of a test", std::to_string(seconds / core::units::hour) + " h",

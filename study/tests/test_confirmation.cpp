@@ -47,7 +47,8 @@ std::pair<double, double> squares(const reduction::ReducedModel& model, const me
       for (Index t = 1; t < times; ++t) sum += std::pow(all[t * count + p] - all[p] - (truth[t] - truth[0]), 2);
     }
   }
-  return {sum, static_cast<double>(count * (times - 1))};
+  const double summed = count * (times - 1);
+  return {sum, summed};
 }
 
 }  // namespace

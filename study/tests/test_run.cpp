@@ -231,7 +231,7 @@ void TestRun::take_up(const Kept& kept) {
 MatrixXd TestRun::prediction(const std::vector<solver::LoadProgram>& loads,
                              const std::vector<mesh::Pose>& poses) const {
   const Parts& of = *parts_;
-  const Index count = std::ssize(of.setup.parameters), outputs = 3 * std::ssize(poses);
+  const Index count = std::ssize(of.setup.parameters);
   std::vector<Variant> variants(of.variants.begin(), of.variants.begin() + count);
   const MatrixXd rows = translations(of.model, poses);
   std::vector<MatrixXd> change(count);
@@ -241,12 +241,12 @@ MatrixXd TestRun::prediction(const std::vector<solver::LoadProgram>& loads,
     if (change[v].isZero(0.0)) change[v].resize(0, 0);
   }
   MatrixXd sum = MatrixXd::Zero(count, count);
-  long times = 0;
+  double summed = 0.0;  // times and poses
   for (const solver::LoadProgram& load : loads) {
     Along along(of.model, load.initial_C(), variants);
     const VectorXd start = along.run.state();
     core::Progress progress("sensitivities along '" + load.name() + "'",
-                            std::max<std::size_t>(1, static_cast<std::size_t>(load.duration() / core::units::minute)));
+                            std::max(1L, std::lround(load.duration() / core::units::minute)));
     double before = 0.0;
     for (const double stop : load.stops()) {
       if (stop - before < prediction_every_s - same_time_s && !load.is_corner(stop)) continue;
@@ -255,19 +255,19 @@ MatrixXd TestRun::prediction(const std::vector<solver::LoadProgram>& loads,
         const double from = before + (stop - before) * k / parts, to = before + (stop - before) * (k + 1) / parts;
         along.step(load.row(from, to), to - from);
       }
-      progress.advance(static_cast<std::size_t>((stop - before) / core::units::minute));
+      progress.advance(std::lround((stop - before) / core::units::minute));
       before = stop;
       MatrixXd errors = rows * along.run.tangents();
       for (Index v = 0; v < count; ++v)
         if (change[v].size() > 0) errors.col(v) += change[v] * (along.run.state() - start);
       errors *= of.per_std.head(count).asDiagonal();
       sum.noalias() += errors.transpose() * errors;
-      ++times;
+      summed += std::ssize(poses);
     }
     if (!along.run.finite())
       throw core::SolverError("study tests: the reduced model's state is no longer finite along '" + load.name() + "'");
   }
-  return sum / static_cast<double>(std::max(1L, times) * (outputs / 3));
+  return sum / std::max(1.0, summed);
 }
 
 }  // namespace thermotwin::study

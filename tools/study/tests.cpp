@@ -109,7 +109,7 @@ core::Table points_of(const mesh::Machine& machine, const TestPath& path, const 
   const Eigen::Vector3d point = solver::tcp_position(machine, probe) / core::units::mm;
   for (Index i = 0; i < table.rows(); ++i) {
     table.values(i, 0) = times[i];
-    table.values(i, 1) = static_cast<double>(i + 1);
+    table.values(i, 1) = i + 1;
     table.values.row(i).segment(2, std::ssize(machine.axes)) = mesh::pose_values(machine, probe).transpose();
     table.values.row(i).tail<3>() = point.transpose();
   }

@@ -141,8 +141,8 @@ std::string test_sentence(const TestStudy& study) {
 std::string confirmed_sentence(const TestStudy& study) {
   if (study.confirmed.empty()) return "";
   return fmt::format(
-      "On {} machines measured virtually the prediction is off by {:.2f} um with the values of machine.toml, by "
-      "{:.2f} um with those from the chosen test, by {:.2f} um with those from a random order (medians of the RMS). "
+      "On {} machines measured virtually the prediction has an error of {:.2f} um with the values of machine.toml, of "
+      "{:.2f} um with those from the chosen test, of {:.2f} um with those from a random order (medians of the RMS). "
       "Predicted were {:.2f}, {:.2f} and {:.2f} um.",
       study.confirmed.size(), median_of(study, [](const study::ConfirmedMachine& one) { return one.nominal_um; }),
       median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[0]; }),

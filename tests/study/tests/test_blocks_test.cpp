@@ -51,7 +51,7 @@ TEST(StandardBlocks, LoadEachDriveAndStandWhereTheProbeMeasures) {
   EXPECT_GT(feeds.size(), 3U);
 }
 
-TEST(Iso230_3Blocks, FillTheTimeInTheOrderOfItsClauses) {
+TEST(IsoBlocks, FillTheTimeInTheOrderOfItsClauses) {
   const mesh::Machine machine = lumped::machine();
   const std::vector<TestBlock> blocks = iso_230_3_blocks(machine, probed_options(), 24 * 3600.0);
   std::vector<std::string> names;
