@@ -23,7 +23,7 @@ inline const std::vector<Layer> house = {
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
     {"metrology", {"fit", "budget", "probe", "rtest", "mandrel", "surface", "iso230", "plan", "twin"}},
     {"nc", {"rs274", "control", "dialect", "program", "motion", "load", "prediction", "rewrite", "report"}},
-    {"study", {"plan", "statistics", "units", "variants", "placement"}},
+    {"study", {"plan", "statistics", "units", "variants", "placement", "tests"}},
     {"tools", {}}};
 
 struct Source {

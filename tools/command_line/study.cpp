@@ -109,6 +109,65 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   return options;
 }
 
+std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
+  const auto options = std::make_shared<StudyTestsOptions>();
+  StudyTestsOptions& tests = *options;
+  CLI::App* verb = add_verb(group, "tests",
+                            "Chooses load programs and their order so that the uncertain values of machine.toml are "
+                            "told best in the hours of a test.",
+                            "thermotwin study tests cases/vmc5 --hours 24 --confirm 3", options, &study_tests);
+  verb->add_option("CASE", tests.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--model", tests.model, "Reduced model (default: model.rom.h5 in --out, else made from the case).");
+  verb->add_option("--hours", tests.hours, "Length of the test, h.")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  verb->add_option("--block", tests.block_min, "Length of a standard block, min.")
+      ->check(CLI::Range(5.0, 1440.0))
+      ->capture_default_str();
+  verb->add_option("--interval", tests.interval_min, "Interval of random cycles, min.")
+      ->check(CLI::Range(5.0, 1440.0))
+      ->capture_default_str();
+  verb->add_option("--program", tests.programs,
+                   "Load programs of the case that are blocks too (default: train of the case).");
+  auto* none = verb->add_flag("--no-programs", tests.no_programs, "Use standard blocks only.");
+  verb->add_flag("--no-standard", tests.no_standard, "Use load programs of the case only.")->excludes(none);
+  verb->add_flag("--chamber", tests.chamber,
+                 "Allow load programs that set the temperature of the surroundings: the machine stands in a chamber.");
+  verb->add_option("--load", tests.loads,
+                   "Load programs whose TCP error the test shall make certain (default: holdout of the case).");
+  verb->add_option("--parameter", tests.parameters, "Values to tell, as KIND:WHERE (default: all with a std_percent).");
+  verb->add_option("--every", tests.every_min, "Time between two readings of the sensors, min.")
+      ->check(CLI::Range(1.0, 1440.0))
+      ->capture_default_str();
+  verb->add_option("--bias", tests.bias_K, "Standard deviation of a sensor's constant error, K.")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  auto* probed =
+      verb->add_option("--probe-every", tests.probe_every_min, "Time between two readings of the probe, min.")
+          ->check(CLI::Range(5.0, 1440.0))
+          ->capture_default_str();
+  auto* std_um = verb->add_option("--probe-std", tests.probe_um, "Standard deviation of a probed translation, um.")
+                     ->check(CLI::Range(1e-3, 1000.0))
+                     ->capture_default_str();
+  auto* pose = verb->add_option("--probe-pose", tests.probe_pose, "Pose at which it is probed (default: home).");
+  verb->add_flag("--no-probe", tests.no_probe, "Use the temperature sensors alone.")
+      ->excludes(probed)
+      ->excludes(std_um)
+      ->excludes(pose);
+  verb->add_option("--exchanges", tests.exchanges, "Passes that replace single blocks, at most.")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+  verb->add_option("--orders", tests.orders, "Random orders to compare with.")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  verb->add_option("--seed", tests.seed, "Seed of the random cycles and orders.")->capture_default_str();
+  verb->add_option("--confirm", tests.confirm,
+                   "Estimate the values of so many machines that are measured virtually, from the chosen test and from "
+                   "the first random order.")
+      ->check(CLI::Range(1, 1000));
+  return options;
+}
+
 }  // namespace
 
 void add_study(CLI::App& app) {
@@ -119,9 +178,9 @@ void add_study(CLI::App& app) {
   group->footer(
       "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
       "options.");
-  const auto variants = add_variants(*group), sensors = add_sensors(*group);
-  group->parse_complete_callback([group, common, variants, sensors] {
-    for (const auto& options : {variants, sensors}) take_over(*group, *common, *options);
+  const auto variants = add_variants(*group), sensors = add_sensors(*group), tests = add_tests(*group);
+  group->parse_complete_callback([group, common, variants, sensors, tests] {
+    for (const auto& options : {variants, sensors, tests}) take_over(*group, *common, *options);
   });
 }
 

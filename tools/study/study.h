@@ -2,6 +2,7 @@
 #pragma once
 // The verbs of `study`: their options and functions.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -32,7 +33,20 @@ struct StudySensorsOptions : CommonOptions {
   int confirm = 0;  ///< machines measured virtually
 };
 
+struct StudyTestsOptions : CommonOptions {
+  std::filesystem::path case_path, model;
+  double hours = 24, block_min = 60, interval_min = 5, every_min = 10;
+  std::vector<std::string> loads, programs, parameters;
+  bool no_standard = false, no_programs = false, chamber = false, no_probe = false;
+  std::string probe_pose;
+  double probe_every_min = 60, probe_um = 0.5, bias_K = 0.1;
+  int exchanges = 2, orders = 20;
+  std::uint64_t seed = 1;
+  int confirm = 0;  ///< machines measured virtually
+};
+
 void study_variants(const StudyVariantsOptions& options);
 void study_sensors(const StudySensorsOptions& options);
+void study_tests(const StudyTestsOptions& options);
 
 }  // namespace thermotwin::tools
