@@ -13,6 +13,7 @@
 #include "mesh/import/mesh_cache.h"
 #include "mesh/selection.h"
 #include "mesh/sensor_check.h"
+#include "mesh/surface_area.h"
 
 namespace thermotwin::mesh {
 
@@ -72,9 +73,12 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   }
   check_overlaps(machine, result.bodies);
   result.surfaces = resolve_surfaces(machine, result.bodies);
+  warn_of_box_areas(result, cut_areas(result));
   check_sensors(machine, result.bodies);
   check_scales(machine, result.bodies);
+  check_screws(machine, result.bodies);
   check_tcp(machine, result.bodies);
+  check_tool_surface(machine, result.bodies, result.surfaces);
   return result;
 }
 

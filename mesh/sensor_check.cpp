@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/error.h"
@@ -19,6 +20,9 @@ namespace {
 constexpr double far_from_body = 0.1;  // of its diagonal
 constexpr double off_body = 0.3,
                  near_body = 0.05;  // of the machine's diagonal: far from the box of a body; close to it
+
+constexpr double off_middle = 0.1;      // of the extent of the tool's surface
+constexpr double least_flatness = 0.7;  // |sum of area vectors| over the area: half a cylinder has 0.64
 
 using Box = Eigen::AlignedBox3d;
 
@@ -76,6 +80,62 @@ void check_tcp(const Machine& machine, const std::vector<TetMesh>& bodies) {
   };
   check("tool_point_mm", machine.tcp.tool_point, machine.tcp.tool_body);
   check("table_point_mm", machine.tcp.table_point, machine.tcp.table_body);
+}
+
+void check_tool_surface(const Machine& machine, const std::vector<TetMesh>& bodies,
+                        const std::vector<std::vector<int>>& surfaces) {
+  if (!machine.has_tcp()) return;
+  const int index = machine.surface_index(machine.tcp.tool_surface);
+  const TetMesh& body = bodies[machine.body_index(machine.surfaces[index].body)];
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  double area = 0.0;
+  for (const int face : surfaces[index]) {
+    const double part = body.face_area(face);
+    area += part;
+    middle += part * body.face_centre(face);
+    normal += part * body.face_normal(face);
+  }
+  middle /= area;
+  // A round seat has no one direction that it faces; its middle lies on the axis of the spindle.
+  if (normal.norm() < least_flatness * area) return;
+  normal.normalize();
+  const auto sideways = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return p - middle - normal.dot(p - middle) * normal;
+  };
+  for (double& coordinate : middle) coordinate = 1e-6 * std::round(1e6 * coordinate) + 0.0;
+  Box box;
+  for (const int face : surfaces[index])
+    for (int i = 0; i < 3; ++i) box.extend(sideways(body.points.col(body.faces(i, face))));
+  const double off = sideways(machine.tcp.tool_point).norm(), extent = box.diagonal().norm();
+  if (off <= off_middle * extent) return;
+  core::warn(fmt::format(
+      "{}: the tool point [{:.6g}, {:.6g}, {:.6g}] lies {:.4g} mm sideways of the middle of '{}', [{:.6g}, {:.6g}, "
+      "{:.6g}]; allowed without this warning: {:.0f} % of the surface's extent, {:.4g} mm. The tool follows the mean "
+      "motion of its surface, so growth over that distance is not in the TCP error; use the face around the spindle",
+      core::toml_place(machine.text, machine.path.string(), "tcp", "tool_surface"), 1e3 * machine.tcp.tool_point[0],
+      1e3 * machine.tcp.tool_point[1], 1e3 * machine.tcp.tool_point[2], 1e3 * off, machine.tcp.tool_surface,
+      1e3 * middle[0], 1e3 * middle[1], 1e3 * middle[2], 100.0 * off_middle, 1e3 * off_middle * extent));
+}
+
+void check_screws(const Machine& machine, const std::vector<TetMesh>& bodies) {
+  for (const ScrewSpec& screw : machine.screws) {
+    const TetMesh& body = bodies[machine.body_index(screw.body)];
+    Eigen::Vector3d sides = box_of(body).sizes();
+    std::sort(sides.begin(), sides.end());
+    const double thickness = sides[1];
+    const auto check = [&](const char* key, const Eigen::Vector3d& point) {
+      const double distance = TetLocator(body).find(point) >= 0 ? 0.0 : distance_to_surface(body, point);
+      if (distance <= thickness) return;
+      core::warn(fmt::format(
+          "{} screw of axis '{}' {}: [{:.6g}, {:.6g}, {:.6g}] is {:.4g} mm from body '{}'; allowed without this "
+          "warning: its thickness, {:.4g} mm. The screw's axis runs through nut and fixed bearing",
+          machine.path.string(), screw.axis, key, 1e3 * point[0], 1e3 * point[1], 1e3 * point[2], 1e3 * distance,
+          screw.body, 1e3 * thickness));
+    };
+    check("nut_mm", screw.nut);
+    check("fixed_bearing_mm", screw.bearing);
+    if (screw.far_bearing) check("far_bearing_mm", *screw.far_bearing);
+  }
 }
 
 void check_scales(const Machine& machine, const std::vector<TetMesh>& bodies) {

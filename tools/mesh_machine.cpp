@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/file.h"
@@ -14,6 +15,7 @@
 #include "mesh/import/vtk_mesh_io.h"
 #include "mesh/machine/file.h"
 #include "mesh/machine/kinematics.h"
+#include "mesh/surface_area.h"
 #include "solver/contact/contact.h"
 #include "solver/elastic/drives.h"
 #include "tools/chain.h"
@@ -60,13 +62,18 @@ double add_bodies(const mesh::MachineMesh& meshed, Table& table, nlohmann::json&
   return mass;
 }
 
+/// Beside the area of the triangles that of the same faces cut at the boxes of rules.
 void add_surfaces(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& json) {
-  table = {{"surface", "triangles", "area cm2"}};
+  table = {{"surface", "triangles", "area cm2", "cut at its box cm2"}};
+  const std::vector<double> cut = mesh::cut_areas(meshed);
   for (std::size_t s = 0; s < meshed.surfaces.size(); ++s) {
     const double area = meshed.surface_area(s);
-    table.push_back(
-        {meshed.machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()), fmt::format("{:.1f}", 1e4 * area)});
-    json["surfaces"].push_back({{"id", meshed.machine.surfaces[s].id}, {"area_m2", area}});
+    const bool has_box = !std::isnan(cut[s]);
+    table.push_back({meshed.machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()),
+                     fmt::format("{:.1f}", 1e4 * area), has_box ? fmt::format("{:.1f}", 1e4 * cut[s]) : "-"});
+    nlohmann::json row = {{"id", meshed.machine.surfaces[s].id}, {"area_m2", area}};
+    if (has_box) row["cut_area_m2"] = cut[s];
+    json["surfaces"].push_back(row);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/file.h"
@@ -54,6 +55,23 @@ Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullMo
                                     program, full.thermal);
 }
 
+/// @param mean, power  W that a chiller takes: the mean, and one value for each row
+std::string cooling_line(const std::string& coolant, double mean, const Eigen::VectorXd& power) {
+  const auto rounded = [](double W) { return std::round(10.0 * W) / 10.0 + 0.0; };  // no -0.0
+  const double low = rounded(power.minCoeff()), high = rounded(power.maxCoeff()),
+               end = rounded(power(power.size() - 1));
+  if (low >= 0.0)
+    return fmt::format("coolant {} removes {:.1f} W on average, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
+                       coolant, rounded(mean), high, end);
+  if (high <= 0.0)
+    return fmt::format("coolant {} heats by {:.1f} W on average, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
+                       coolant, rounded(-mean), -low, rounded(-end));
+  return fmt::format(
+      "coolant {} removes {:.1f} W on average, {:.1f} W at the end, from {:.1f} to {:.1f} W; below 0 it heats "
+      "(heat.csv)\n",
+      coolant, rounded(mean), end, low, high);
+}
+
 /// What each coolant's chiller takes; the first row of heat.csv is the start and has no flows.
 std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows, nlohmann::json& json) {
   std::string lines;
@@ -64,8 +82,7 @@ std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows
     const Eigen::VectorXd time = flows.column("time_s"), power = flows.column(column).tail(last);
     const double mean = power.dot(time.tail(last) - time.head(last)) / (time[last] - time[0]);
     json["cooling_power_W"][coolant.id] = {{"mean", mean}, {"largest", power.maxCoeff()}, {"end", power[last - 1]}};
-    lines += fmt::format("coolant {} removes {:.1f} W on average, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
-                         coolant.id, mean, power.maxCoeff(), power[last - 1]);
+    lines += cooling_line(coolant.id, mean, power);
   }
   return lines;
 }

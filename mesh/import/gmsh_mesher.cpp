@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -23,6 +25,7 @@ namespace thermotwin::mesh {
 namespace {
 
 constexpr double largest_volume_error = 0.2;
+constexpr double sliver = 0.02;  ///< quality below which other attempts are made: that of the warning of poor elements
 
 const GmshModule& gmsh_module() {
   static const GmshModule* module = [] {
@@ -79,6 +82,26 @@ GmshJob job_of(const std::filesystem::path& path, const std::string& place, cons
           core::warn,
           [&](const Eigen::Matrix3Xd& ends) { check_extent(ends, options.body, path.string()); },
           [&](double volume) { require_affordable(volume, options, place); }};
+}
+
+/// The mesh of an attempt. Where it has a sliver that no optimisation removes, faces meshed by another algorithm of Gmsh
+/// often avoid it: the best is kept. A mesh without one is never made again.
+TetMesh best_shaped(const Attempt& attempt, const std::function<TetMesh(const Attempt&)>& make) {
+  TetMesh best = make(attempt);
+  constexpr int delaunay = 5, mesh_adapt = 1;
+  for (const int algorithm : {delaunay, mesh_adapt}) {
+    const double quality_of_best = quality(best).minimum;
+    if (quality_of_best >= sliver || attempt.patches == Attempt::Patches::as_in_file) break;
+    Attempt other = attempt;
+    other.first = false;  // its warnings are given
+    other.algorithm = algorithm;
+    try {
+      TetMesh found = make(other);
+      if (quality(found).minimum > quality_of_best) best = std::move(found);
+    } catch (const core::MeshError&) {  // the first mesh stays
+    }
+  }
+  return best;
 }
 
 /// STEP and IGES state their unit.
@@ -140,17 +163,19 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   if (!std::filesystem::is_regular_file(path, ignored))
     throw core::InputError(place, "no such file", "a readable STEP, IGES or BREP file");
   const double unit = unit_of(path, options);
-  double volume = 0.0;
-  const RawMesh raw = gmsh_module().mesh_cad(job_of(path, place, options, attempt, unit), volume);
-  TetMesh mesh = finish_meshed(raw, options, unit);
-  // Chords of 8 elements on a turn lose a tenth of a round bar; coarser ones more.
-  if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume) {
-    throw MesherError(
-        place,
-        fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
-        fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
-  }
-  return mesh;
+  return best_shaped(attempt, [&](const Attempt& one) {
+    double volume = 0.0;
+    const RawMesh raw = gmsh_module().mesh_cad(job_of(path, place, options, one, unit), volume);
+    TetMesh mesh = finish_meshed(raw, options, unit);
+    // Chords of 8 elements on a turn lose a tenth of a round bar; coarser ones more.
+    if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume) {
+      throw MesherError(
+          place,
+          fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
+          fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
+    }
+    return mesh;
+  });
 }
 
 Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
@@ -165,8 +190,10 @@ TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options
   require_affordable(enclosed_volume(surface), options, place);
   std::vector<int> patch(surface.triangles.cols(), 0);
   if (attempt.patches == Attempt::Patches::discs) patch = disc_patches(surface);
-  const RawMesh raw = gmsh_module().mesh_surface(job_of(no_file, place, options, attempt, unit), surface, patch);
-  return finish_meshed(raw, options, unit);
+  return best_shaped(attempt, [&](const Attempt& one) {
+    return finish_meshed(gmsh_module().mesh_surface(job_of(no_file, place, options, one, unit), surface, patch),
+                         options, unit);
+  });
 }
 
 RawMesh read_msh(const std::filesystem::path& path) {

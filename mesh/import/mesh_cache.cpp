@@ -15,7 +15,7 @@ namespace thermotwin::mesh {
 namespace {
 
 // To be raised whenever the same input would give another mesh or another file.
-constexpr const char* mesher_version = "3";
+constexpr const char* mesher_version = "4";
 constexpr std::string_view magic = "thermotwin mesh 3\n";
 constexpr std::uint32_t byte_order = 0x01020304;
 constexpr std::size_t hash_length = 16;

@@ -120,7 +120,10 @@ const KeyTable rule{
         key::point("cylinder_point_mm", "mm", Absent{}, "A point on the axis of a cylinder."),
         key::point("cylinder_axis", "", Absent{}, "Direction of the cylinder's axis."),
         key::number("cylinder_radius_mm", "mm", positive, Absent{}, "The cylinder's radius."),
-        key::point("box_min_mm", "mm", Absent{}, "Lower corner of a box around the triangle's centre."),
+        key::point(
+            "box_min_mm", "mm", Absent{},
+            "Lower corner of a box around the triangle's centre. Whole triangles are taken, so the area depends on the "
+            "mesh; `mesh` prints the area cut at the box beside it."),
         key::point("box_max_mm", "mm", Absent{}, "Upper corner of the box."),
         key::point("normal", "", Absent{}, "Direction that the triangle faces."),
         key::number("max_angle_deg", "deg", {0.0, 180.0}, Absent{"20"}, "Largest angle to `normal`."),
@@ -144,10 +147,11 @@ const KeyTable joint{
     {
         key::text("id", required, "Its name, unique among joints."),
         key::word("kind", {"guide", "screw_nut", "bearing", "bolted", "mount"}, required, "What it is."),
-        key::reference("slave", "surface", required, "Surface of the moving body; its patches are integrated."),
+        key::reference("slave", "surface", required,
+                       "Surface of the moving body; the part of it that the master covers is the contact."),
         key::reference("master", "surface", Absent{"a mount"}, "Surface of its base."),
         key::reference("ambient", "ambient", Absent{"not a mount"},
-                       "Temperature of the ground that a mount stands on."),
+                       "Temperature of the ground that a mount stands on; the ground does not expand."),
         key::reference("axis", "axis", Absent{"does not move"}, "The axis that moves the slave along the master."),
         key::uncertain("conductance_W_m2K", "W/(m2 K)", {0.0, 1e9}, required, "Contact conductance."),
         key::number("pressure_MPa", "MPa", pressure, Absent{"no law of pressure"},
@@ -244,7 +248,10 @@ const KeyTable tcp{
     "The tool centre point and its table. mesh, simulate and export work without it; all other verbs need it.",
     {
         key::reference("tool_body", "body", required, "The body that the tool is clamped in."),
-        key::reference("tool_surface", "surface", required, "The surface whose mean motion the tool follows."),
+        key::reference(
+            "tool_surface", "surface", required,
+            "The surface whose mean motion the tool follows: the face around the spindle, its middle on the spindle's "
+            "axis. Growth between its middle and the tool is not in the TCP error."),
         key::point("tool_point_mm", "mm", required, "The tool centre point at home."),
         key::reference("table_body", "body", required, "The body that the workpiece stands on."),
         key::reference("table_surface", "surface", required, "The surface whose mean motion the workpiece follows."),
@@ -265,7 +272,10 @@ const KeyTable workspace{"workspace",
 
 KeyTable table_of_machine() {
   return {"machine.toml",
-          "A machine: bodies, axes, joints, heat sources, films and coolants, sensors and the tool centre point.",
+          "A machine: bodies, axes, joints, heat sources, films and coolants, sensors and the tool centre point.\n\n"
+          "A number marked *u* may be written `{value = 5.0, std_percent = 10}`. The percentage is its standard "
+          "deviation,\nthe prior of the observer, of a diagnosis and of studies. Without it the [default "
+          "priors](priors.md) hold.",
           {
               key::schema(),
               key::text("name", required, "The machine's name."),

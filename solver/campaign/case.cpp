@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/config.h"
 #include "core/error.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
 #include "solver/campaign/campaign.h"
 #include "solver/campaign/case_keys.h"
 
@@ -51,6 +54,30 @@ void refuse_machine(const core::Node& root, const std::filesystem::path& file, c
                              : "a case: its folder with case.toml, which names machine.toml, and loads/*.toml");
 }
 
+/// A model is made at the poses of the grid: an error there says nothing about the interpolation between them.
+void warn_of_grid_poses(const Case& read, const std::string& place) {
+  const mesh::Workspace& workspace = read.machine.workspace;
+  if (workspace.axes.empty() && workspace.table_axes.empty()) return;
+  const auto stands_at = [&](const mesh::Pose& pose, const std::vector<std::string>& axes,
+                             const std::vector<std::vector<double>>& positions) {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const double at = pose[read.machine.axis_index(axes[i])];
+      if (std::none_of(positions[i].begin(), positions[i].end(), [&](double p) { return std::abs(p - at) < 1e-6; }))
+        return false;
+    }
+    return true;
+  };
+  for (const mesh::Pose& pose : read.check_points) {
+    if (!stands_at(pose, workspace.axes, workspace.positions) ||
+        !stands_at(pose, workspace.table_axes, workspace.table_positions))
+      continue;
+    core::warn(
+        fmt::format("{}: \"{}\" is a pose of the workspace grid, at which the model is made; allowed without "
+                    "this warning: poses between the positions of [workspace]",
+                    place, mesh::format_pose(read.machine, pose)));
+  }
+}
+
 }  // namespace
 
 Case read_case(const std::filesystem::path& path) {
@@ -80,6 +107,7 @@ Case read_case(const std::filesystem::path& path) {
   if (const auto points = root.table_if("check_points")) {
     for (const std::string& text : points->texts_or_empty("poses"))
       result.check_points.push_back(mesh::parse_pose(result.machine, text, points->place("poses")));
+    warn_of_grid_poses(result, points->place("poses"));
     points->finish();
   }
   if (result.machine.axes.empty()) result.check_points.assign(1, mesh::Pose());  // the only pose there is

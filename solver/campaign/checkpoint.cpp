@@ -7,7 +7,7 @@
 
 namespace thermotwin::solver {
 namespace {
-const std::string magic = "thermotwin checkpoint 1\n";
+const std::string magic = "thermotwin checkpoint 2\n";
 constexpr std::size_t hash_length = 16;
 
 void write_members(core::BinaryWriter& out, const std::vector<std::string>& members) {

@@ -52,14 +52,18 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
     Sum sum{sums.sparseView(1.0, least), -1};
     if (sum.of.nonZeros() > 0) sum.item = item(name_of(system.layout.terms[j].kind, system.layout.terms[j].item));
     terms_.push_back(std::move(sum));
-    if (const Term& term = system.layout.terms[j]; term.kind == TermKind::coolant_wall) {
+    const Term& term = system.layout.terms[j];
+    const auto within = [&](std::string column, double sign) {
       VectorXd on_bodies = ones;
       on_bodies.tail(system.size - system.nodes).setZero();
-      const mesh::CoolantSpec& coolant = machine.coolants[term.item];
       const VectorXd walls = system.terms[j].transpose() * on_bodies;
-      const std::string& segment = coolant.segments[term.part].id;
-      segments_.push_back(
-          {"coolant." + coolant.id + "." + segment + ".cooling_power_W", j, walls.sparseView(1.0, least)});
+      inner_.push_back({std::move(column), j, sign, walls.sparseView(1.0, least)});
+    };
+    if (term.kind == TermKind::coolant_wall) {
+      const mesh::CoolantSpec& coolant = machine.coolants[term.item];
+      within("coolant." + coolant.id + "." + coolant.segments[term.part].id + ".cooling_power_W", 1.0);
+    } else if (term.kind == TermKind::film && machine.volume_index(machine.films[term.item].ambient) >= 0) {
+      within("film." + machine.films[term.item].id + ".power_W", -1.0);
     }
   }
   for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
@@ -71,7 +75,7 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
   }
   heat_ = VectorXd::Zero(std::ssize(names_));
   sign_ = Eigen::Map<const VectorXd>(signs.data(), heat_.size());
-  carried_ = VectorXd::Zero(std::ssize(segments_));
+  carried_ = VectorXd::Zero(std::ssize(inner_));
 }
 
 void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd& mean, const VectorXd& p,
@@ -84,8 +88,8 @@ void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd
     if (const double coefficient = p[j]; coefficient != 0.0 && terms_[j].item >= 0)
       flow(terms_[j].item, -coefficient * terms_[j].of.dot(mean));
   }
-  for (std::size_t s = 0; s < segments_.size(); ++s)
-    carried_[s] += step_s * p[segments_[s].term] * segments_[s].walls.dot(mean);
+  for (std::size_t i = 0; i < inner_.size(); ++i)
+    carried_[i] += inner_[i].sign * step_s * p[inner_[i].term] * inner_[i].walls.dot(mean);
   for (std::size_t k = 0; k < inputs_.size(); ++k)
     if (const double amount = q[k]; amount != 0.0) flow(inputs_[k].second, amount * inputs_[k].first);
   if (local && !local->empty()) {
@@ -105,7 +109,7 @@ std::vector<HeatBalance::Item> HeatBalance::items() const {
 std::vector<std::string> HeatBalance::columns() const {
   std::vector<std::string> list{"stored_W"};
   list.insert(list.end(), columns_.begin(), columns_.end());
-  for (const Segment& segment : segments_) list.push_back(segment.column);
+  for (const Inner& inner : inner_) list.push_back(inner.column);
   return list;
 }
 
@@ -115,13 +119,17 @@ VectorXd HeatBalance::amounts() const {
   return list;
 }
 
-double HeatBalance::gap() const { return throughput_ > 0.0 ? std::abs(stored_ - heat_.sum()) / throughput_ : 0.0; }
+double HeatBalance::gap() const {
+  constexpr double nothing_K = 1e-9;  // where all is at one temperature, what flows is rounding
+  return std::abs(stored_ - heat_.sum()) / std::max(throughput_, nothing_K * capacity_.sum());
+}
 
 std::string HeatBalance::brief() const {
   double in = 0.0, out = 0.0;
   for (Index i = 0; i < heat_.size(); ++i) (heat_[i] > 0.0 ? in : out) += heat_[i];
+  const auto kJ = [](double J) { return std::round(1e-2 * J) / 10.0 + 0.0; };  // no -0.0
   return fmt::format("heat balance: {:.1f} kJ in, {:.1f} kJ out, {:.1f} kJ stored; imbalance {:.1e} of the throughput",
-                     1e-3 * in, -1e-3 * out, 1e-3 * stored_, gap());
+                     kJ(in), kJ(-out), kJ(stored_), gap());
 }
 
 void HeatBalance::save(core::BinaryWriter& out) const {

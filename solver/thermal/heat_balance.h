@@ -31,7 +31,8 @@ public:
   ///   coolant.ID.cooling_power_W: m c (T_return - T_inlet), what its chiller takes (Gebhardt, 5.20)
   ///   coolant.ID.SEGMENT.cooling_power_W: what the walls of a segment give to the fluid
   /// so that stored = powers - cooling of the coolants. Segments are parts of their coolant, but for what
-  /// the fluid itself stores; they do not count in that sum.
+  /// the fluid itself stores; they do not count in that sum. Nor does film.ID.power_W of a film whose ambient is a
+  /// volume: what the volume gives to the bodies, within the machine.
   std::vector<std::string> columns() const;
   Eigen::VectorXd amounts() const;  ///< (columns) J since the start
 
@@ -43,7 +44,7 @@ public:
   std::vector<Item> items() const;
   double stored() const { return stored_; }          ///< J, change since the start
   double throughput() const { return throughput_; }  ///< J, sum of |heat| over all items and steps
-  /// |stored - sum of the heats| over the throughput.
+  /// |stored - sum of the heats| over the throughput, or over what warms the machine by 1 nK where less flows.
   double gap() const;
   std::string brief() const;
 
@@ -60,13 +61,14 @@ private:
   std::vector<std::pair<double, int>> inputs_;  // sum of each column of S, and its item
   std::vector<std::string> names_, columns_;    // of items; of items as powers
   Eigen::VectorXd heat_, sign_;                 // (items) J; -1: counted as it leaves
-  struct Segment {
+  struct Inner {
     std::string column;
     std::size_t term;
+    double sign;  // 1: counted from the bodies
     Eigen::SparseVector<double> walls;
   };
-  std::vector<Segment> segments_;  // column sums of K_j over the bodies' rows
-  Eigen::VectorXd carried_;        // (segments) J
+  std::vector<Inner> inner_;  // segments, films in volumes: column sums of K_j over the bodies' rows
+  Eigen::VectorXd carried_;   // (inner_) J
   int local_item_ = -1;
   double stored_ = 0, throughput_ = 0;
 };

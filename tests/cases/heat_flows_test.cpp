@@ -108,5 +108,59 @@ TEST(HeatFlowsOfASimulation, AreInItsSummary) {
   EXPECT_EQ(of_coolant["end"].get<double>(), 0.0);
 }
 
+TEST(HeatFlowsOfASimulation, AFilmOfAVolumeHasWhatTheVolumeGives) {
+  const Toy toy;
+  toy.edit("machine.toml", "[tcp]\n", R"([[volume]]
+id = "tank"
+content_l = 20
+[[film]]
+id = "of_tank"
+surfaces = ["column.skin"]
+ambient = "tank"
+film_coefficient_W_m2K = 50
+[[source]]
+id = "pump"
+law = [{input = "machine.on", at = [0, 1], power_W = [0, 300]}]
+place = [{volume = "tank"}]
+[[sensor]]
+id = "tank"
+volume = "tank"
+
+[tcp]
+)");
+  cool(toy);
+  const core::Table heat = heat_of(toy, "simulate"), sensors = core::read_csv(toy.result("simulate/day/sensors.csv"));
+  const VectorXd film = heat.column("film.of_tank.power_W"), time = heat.column("time_s"),
+                 tank = sensors.column("tank_C");
+  EXPECT_GT(film[20], 50.0) << "into the bodies";
+  for (const Index i : {Index(2), Index(10), Index(40)}) {
+    const double stored = 20 * 4180.0 * (tank[i] - tank[i - 1]) / (time[i] - time[i - 1]);
+    EXPECT_NEAR(film[i], 300.0 - stored, 0.01 * 300.0) << i;
+  }
+}
+
+TEST(HeatFlowsOfASimulation, ACoolantThatHeatsSaysSo) {
+  const Toy toy;
+  toy.edit("machine.toml", "guide_sensor = \"T3\"\n", "guide_ambient = \"air\"\nguide_offset_K = 8\n");
+  toy.write("loads/warm.toml",
+            "schema = 1\ntitle = \"a warm coolant\"\ninitial_C = 20\ntime_step_s = 300\noutput_s = 1800\n"
+            "[[phase]]\nname = \"on\"\nduration_h = 2\nair_C = 20\ncoolant = true\n");
+  const Result result = toy.run({"simulate", toy.path(), "--load", "warm"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "coolant main heats by ");
+  for (const char* contradiction : {"removes -", "heats by -", "-0.0 kJ", "W on average, -"})
+    EXPECT_EQ(result.out.find(contradiction), std::string::npos) << contradiction << "\n" << result.out;
+}
+
+TEST(HeatFlowsOfASteadyState, AreNoImbalanceWhereAllIsAtOneTemperature) {
+  const Toy toy;
+  toy.write("loads/rest.toml",
+            "schema = 1\ntitle = \"all at 27.3 degC\"\ninitial_C = 20\n[[phase]]\nname = \"rest\"\nduration_h = 1\n"
+            "air_C = 27.3\nmachine_on = false\ncoolant = false\n");
+  const Result result = toy.run({"simulate", toy.path(), "--load", "rest", "--steady", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_LT(nlohmann::json::parse(result.out)["heat_gap"].get<double>(), 1e-6);
+}
+
 }  // namespace
 }  // namespace thermotwin::cases

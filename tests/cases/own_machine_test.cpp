@@ -200,5 +200,113 @@ stiffness_tangential_N_mm3 = 20
     EXPECT_SAYS(result.err, words);
 }
 
+/// A table of 700 x 300 x 60 mm under which a box takes 120 x 30 mm for the nut; a second box lies a millimetre within
+/// the whole top.
+struct NutUnderATable : OwnCase {
+  NutUnderATable()
+      : OwnCase(body_text("table", 55) + R"(
+[[surface]]
+id = "nut"
+body = "table"
+rule = {normal = [0, 0, -1], box_min_mm = [290, -1, -1], box_max_mm = [410, 30, 1]}
+[[surface]]
+id = "top"
+body = "table"
+rule = {normal = [0, 0, 1], box_min_mm = [1, 1, 59], box_max_mm = [699, 299, 61]}
+[[surface]]
+id = "skin"
+body = "table"
+except = ["nut"]
+)") {
+    blocks("table", {{{0, 0, 0}, {700, 300, 60}}});
+  }
+};
+
+TEST(OwnMachine, TheAreaOfABoxThatDependsOnTheMeshStandsBesideTheDrawnOne) {
+  const NutUnderATable own;
+  int warned = 0;
+  for (const char* size : {"1", "0.8", "0.7", "0.5"}) {
+    const Result result = own.run({"mesh", own.path(), "--size", size, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const nlohmann::json surfaces = nlohmann::json::parse(result.out)["surfaces"];
+    const double whole = 2 * (0.7 * 0.3 + 0.7 * 0.06 + 0.3 * 0.06), nut = surfaces[0]["area_m2"];
+    EXPECT_NEAR(surfaces[0]["cut_area_m2"].get<double>(), 0.0036, 1e-8) << size;
+    EXPECT_NEAR(surfaces[1]["cut_area_m2"].get<double>(), 0.21, 1e-8) << "the face that the box encloses";
+    EXPECT_NEAR(surfaces[2]["cut_area_m2"].get<double>(), whole - 0.0036, 1e-8) << size;
+    const bool off = std::abs(nut - 0.0036) > 0.1 * 0.0036;
+    warned += off;
+    EXPECT_EQ(result.err.find("'nut': its ") != std::string::npos, off) << size << " " << nut << result.err;
+    EXPECT_EQ(result.err.find("'top': its ") != std::string::npos, false) << result.err;
+    if (!off) continue;
+    for (const char* said : {"machine.toml:", "cover ", "cuts 36 cm2", "a face of its own", "element_size_mm",
+                             "'table' (55 at size factor 1)"})
+      EXPECT_SAYS(result.err, said);
+  }
+  EXPECT_GT(warned, 0) << "one of the meshes differs by more than a tenth";
+  EXPECT_SAYS(own.run({"mesh", own.path()}).out, "cut at its box cm2");
+}
+
+TEST(OwnMachine, AToolBesideTheMiddleOfItsSurfaceIsWarnedOf) {
+  const core::TemporaryFolder folder;
+  const std::filesystem::path mill = folder / "mill";
+  std::filesystem::copy(source_tree() / "cases/mill", mill, std::filesystem::copy_options::recursive);
+  edit(mill / "machine.toml", "rule = {plane_point_mm = [0, 0, 150], plane_normal = [0, 0, 1]}",
+       "rule = {normal = [0, 0, -1]}");
+  const Result result = thermotwin({"mesh", mill.string(), "--out", (folder / "out").string()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  for (const char* words : {"machine.toml:", "tcp.tool_surface", "lies 70 mm sideways of the middle of 'head.nose'",
+                            "[0, 70, 160.769]", "10 %", "growth over that distance is not in the TCP error"})
+    EXPECT_SAYS(result.err, words);
+}
+
+TEST(OwnMachine, ANutFarBesideItsScrewIsWarnedOf) {
+  const std::string nut = "nut_mm = [100, 0, 75]";
+  const OwnCase own(body_text("base", 60) + body_text("slide", 60, "parent = \"base\"\naxis = \"X\"") +
+                    body_text("screw", 20, "parent = \"base\"\nelastic = false") + R"(
+[[axis]]
+id = "X"
+kind = "linear"
+direction = [1, 0, 0]
+travel_mm = [0, 50]
+[[screw]]
+axis = "X"
+body = "screw"
+nut_body = "slide"
+fixed_bearing_mm = [0, 0, 75]
+nut_mm = [100, 0, 75]
+expansion_1_K = 11.5e-6
+)");
+  own.blocks("base", {{{-100, -100, 0}, {300, 100, 50}}});
+  own.blocks("slide", {{{0, -100, 100}, {200, 100, 150}}});
+  own.blocks("screw", {{{-50, -10, 65}, {250, 10, 85}}});
+  const Result right = own.run({"mesh", own.path()});
+  ASSERT_EQ(right.status, 0) << right.err;
+  EXPECT_EQ(right.err.find("screw of axis"), std::string::npos) << right.err;
+  edit(own.path() + "/machine.toml", nut, "nut_mm = [100, 326, 75]");
+  const Result wrong = own.run({"mesh", own.path()});
+  EXPECT_EQ(wrong.status, 0) << wrong.err;
+  EXPECT_SAYS(wrong.err, "screw of axis 'X' nut_mm: [100, 326, 75] is 316 mm from body 'screw'");
+  EXPECT_SAYS(wrong.err, "its thickness, 20 mm");
+}
+
+TEST(OwnMachine, ASliverOfAPlainPlateIsAvoidedByAnotherAttempt) {
+  const OwnCase own(body_text("plate", 50));
+  own.blocks("plate", {{{0, 0, 0}, {600, 350, 60}}});
+  const Result result = own.run({"mesh", own.path(), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_GT(nlohmann::json::parse(result.out)["bodies"][0]["quality_min"].get<double>(), 0.05);
+  EXPECT_EQ(result.err.find("worst element"), std::string::npos) << result.err;
+}
+
+TEST(OwnMachine, ACheckPointOnTheGridIsWarnedOf) {
+  const Toy toy;
+  EXPECT_EQ(toy.run({"simulate", toy.path(), "--load", "no_such"}).err.find("workspace grid"), std::string::npos);
+  toy.edit("case.toml", "X=-60,Y=20,Z=30,B=0", "X=-120,Y=40,Z=50,B=45");
+  const Result result = toy.run({"simulate", toy.path(), "--load", "no_such"});
+  EXPECT_SAYS(result.err, "case.toml:");
+  EXPECT_SAYS(result.err, "is a pose of the workspace grid");
+  EXPECT_SAYS(result.err, "between the positions of [workspace]");
+}
+
 }  // namespace
 }  // namespace thermotwin::cases
