@@ -84,8 +84,8 @@ GmshJob job_of(const std::filesystem::path& path, const std::string& place, cons
           [&](double volume) { require_affordable(volume, options, place); }};
 }
 
-/// The mesh of an attempt. Where it has a sliver that no optimisation removes, faces meshed by another algorithm of Gmsh
-/// often avoid it: the best is kept. A mesh without one is never made again.
+/// The mesh of an attempt. Where it has a sliver that no optimisation removes, faces meshed by another algorithm often
+/// avoid it: the best is kept. A mesh without one is never made again.
 TetMesh best_shaped(const Attempt& attempt, const std::function<TetMesh(const Attempt&)>& make) {
   TetMesh best = make(attempt);
   constexpr int delaunay = 5, mesh_adapt = 1;
