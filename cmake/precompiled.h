@@ -2,7 +2,7 @@
 #pragma once
 
 /// What most sources include, compiled once (THERMOTWIN_PRECOMPILED).
-/// Each source still includes what it uses: the sanitizer presets build without this file.
+/// Each source still includes what it uses: the preset of the fuzzers builds without this file.
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <fmt/format.h>

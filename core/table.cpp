@@ -87,10 +87,11 @@ std::vector<std::string> parse_header(std::string_view line, const std::string& 
 }
 
 [[noreturn]] void fail_cell_count(const Table& table, std::size_t line, std::size_t found) {
+  const std::string_view comma = found > table.columns.size() ? "; a decimal comma makes two cells of one" : "";
   throw InputError(fmt::format("{}:{}", table.source, line),
                    fmt::format("{}{} cells", found > table.columns.size() ? "more than " : "",
                                std::min(found, table.columns.size())),
-                   fmt::format("{}, one for each column of the header", table.columns.size()));
+                   fmt::format("{}, one for each column of the header{}", table.columns.size(), comma));
 }
 
 /// Appends the numbers of a line to values, row by row.
@@ -103,7 +104,10 @@ void parse_row(std::string_view line, std::size_t line_number, const Table& tabl
     const std::optional<double> value = parse_cell(text);
     if (!value) {
       throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]), shown_cell(text),
-                       "a finite number, blank or nan (missing)");
+                       fmt::format("a finite number, blank or nan (missing){}",
+                                   text.find_first_of(";\"") == std::string_view::npos
+                                       ? ""
+                                       : "; cells are parted by commas, decimals by a point, without quotes"));
     }
     values.push_back(*value);
     ++column;

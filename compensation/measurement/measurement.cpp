@@ -116,7 +116,8 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
     const auto column = data.find(channel.id);
     if (!column) {
       throw InputError(data.source + ":1", "no column for channel '" + channel.id + "' of " + channels_file,
-                       "a column for each channel (nearest: " + core::nearest(channel.id, data.columns) + ")");
+                       "a column for each [[channel]] (nearest: " + core::nearest(channel.id, data.columns) +
+                           "), or no [[channel]] of this id");
     }
     channel.column = *column;
     for (Eigen::Index i = 0; i < data.rows(); ++i) {

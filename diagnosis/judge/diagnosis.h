@@ -87,7 +87,10 @@ struct Diagnosis {
   double effect_fitted_um = 0, effect_heldout_um = 0;  ///< RMS of what the causes change in the displacements
   std::string sentence;                                ///< the verdict in words
   std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
-  std::string strained;              ///< why the named causes alone are implausible; empty: they are not
+  double mesh_share =
+      0;  ///< of a channel's own change that the mesh hides; 0: what the mesh leaves open is no more than
+          ///< the record itself does
+  std::string strained;  ///< why the named causes alone are implausible; empty: they are not
   NextMeasurement next;
   std::string measurement;               ///< name of its folder
   std::vector<DiagnosedRecord> records;  ///< several ones; empty: there is one

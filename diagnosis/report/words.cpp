@@ -35,7 +35,8 @@ constexpr double shows_little = 0.25;  ///< of the fitted data's share: held-out
 std::string extension_in_words(const Diagnosis& d) {
   if (!d.extended_machine_text.empty()) return " The correction is in extended/machine.toml.";
   const std::string them = d.causes.size() == 1 ? "it" : "them";
-  if (d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0) {
+  constexpr double shown_percent = 0.5;  // less is printed as 0
+  if (d.heldout_rms_before_um > 0 && d.ci95_high_percent < -shown_percent) {
     return fmt::format(
         " Correcting {0} alone worsens the prediction, because another deviation within its uncertainty "
         "had compensated {0}. No extension is recommended.",
@@ -73,6 +74,17 @@ std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t mo
   return words;
 }
 
+/// What a coarse mesh leaves open, and what to do; empty where the mesh is fine.
+std::string mesh_hides(const Diagnosis& d) {
+  constexpr double much = 0.05;
+  if (d.mesh_share <= much) return "";
+  return fmt::format(
+      " The mesh error is up to {:.0f} % of a channel's change and hides effects of that size. It is smaller in a "
+      "model "
+      "of quadratic tetrahedra: `thermotwin reduce CASE --mesh-order 2`.",
+      100.0 * d.mesh_share);
+}
+
 /// Of the reduced model as the record begins, s.
 double slowest_time_constant(const reduction::ReducedModel& model, const Observations& obs) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at_start(model, model.machine, obs),
@@ -97,7 +109,8 @@ std::string sentence_of(const Diagnosis& d) {
                                : "";
   if (d.verdict == Verdict::no_discrepancy) {
     return "No discrepancy: measurement and model agree within stated uncertainty, discretisation error and noise. "
-           "Effects too small for this record remain possible.";
+           "Effects too small for this record remain possible." +
+           mesh_hides(d);
   }
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
@@ -121,7 +134,7 @@ std::string sentence_of(const Diagnosis& d) {
                        d.ambiguous_set.front().probability);
   }
   if (d.verdict == Verdict::ambiguous) {
-    return (d.causes.empty() ? "Ambiguous: several causes explain the difference equally well: "
+    return (d.causes.empty() ? "Ambiguous: several causes explain the difference, none of them surely: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + "." +
            (d.next.channel.empty() ? "" : fmt::format(" To decide, measure {} under {}.", d.next.channel, d.next.load));
@@ -216,7 +229,11 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
         "{}Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
         record.name.empty() ? "" : record.name + ": ", record.start_C, start_std(record)));
   }
-  d.notes.push_back(MeshAllowance(model.machine, model.mesh_error, options).sentence());
+  const MeshAllowance allowance(model.machine, model.mesh_error, options);
+  // Residuals far below what is expected of them: the expectation is mostly the mesh's.
+  constexpr double far_below = 0.25;
+  d.mesh_share = found.chi_square_none < far_below * found.fitted ? allowance.largest() : 0.0;
+  d.notes.push_back(allowance.sentence());
   d.notes.push_back(
       fmt::format("Chi-square without a cause: {:.0f} for {} values.", found.chi_square_none, found.fitted));
   if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0) {

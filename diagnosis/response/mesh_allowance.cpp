@@ -41,6 +41,13 @@ double MeshAllowance::of(const ObservedChannel& channel) const {
   return channel.is_temperature() ? of_sensor(channel.channel.sensor) : of_displacement(channel.channel.quantity);
 }
 
+double MeshAllowance::largest() const {
+  double most = 0.0;
+  for (const std::string_view quantity : quantities) most = std::max(most, of_displacement(std::string(quantity)));
+  for (const mesh::SensorSpec& sensor : machine_.sensors) most = std::max(most, of_sensor(sensor.id));
+  return most;
+}
+
 std::string MeshAllowance::sentence() const {
   const auto range = [](double low, double high) {
     return high - low < 5e-4 ? fmt::format("{:.2g} %", 100.0 * high)

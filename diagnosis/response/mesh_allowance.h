@@ -23,6 +23,8 @@ public:
   double of_sensor(const std::string& sensor) const;
   /// @param quantity  dx dy dz ra rb rc; of another one (X0C ...) the largest of its unit counts
   double of_displacement(const std::string& quantity) const;
+  /// The largest share of all sensors and directions.
+  double largest() const;
   /// Whether a direction's share is one of the motion in all three directions, as the estimate's is. What is assumed or
   /// stated is a share of the direction's own change.
   bool is_of_whole_motion() const { return estimate_ && !given_displacement_; }

@@ -79,6 +79,16 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   return d;
 }
 
+TEST(Verdict, AMeshThatHidesEffectsIsNamedWithTheRemedy) {
+  Diagnosis d;
+  d.verdict = diagnosis::Verdict::no_discrepancy;
+  EXPECT_EQ(diagnosis::sentence_of(d).find("mesh"), std::string::npos);
+  d.mesh_share = 0.18;
+  const std::string sentence = diagnosis::sentence_of(d);
+  EXPECT_NE(sentence.find("up to 18 % of a channel's change"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("reduce CASE --mesh-order 2"), std::string::npos) << sentence;
+}
+
 TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   const Diagnosis strong = decided(1.2, 0.98, 30.0);
   EXPECT_EQ(strong.verdict, diagnosis::Verdict::ambiguous);
@@ -242,6 +252,8 @@ TEST(Verdict, CausesThatMakeItWorseAreSpokenOfInTheirNumber) {
   EXPECT_NE(diagnosis::sentence_of(d).find("Correcting them alone worsens the prediction"), std::string::npos);
   d.causes.pop_back();
   EXPECT_NE(diagnosis::sentence_of(d).find("Correcting it alone worsens the prediction"), std::string::npos);
+  d.ci95_high_percent = -0.3;  // printed as 0
+  EXPECT_NE(diagnosis::sentence_of(d).find("gain is not significant"), std::string::npos);
 }
 
 TEST(Verdict, BesideACauseAndSomethingUnknownALikelyOneIsInTheSet) {
