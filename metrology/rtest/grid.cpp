@@ -97,14 +97,7 @@ RTestRecord parse_grid(const std::string& toml, const core::Table& points, const
   RTestRecord record;
   record.source = source;
   record.table_shift = false;
-  record.chain = mesh::KinematicChain::parse(root.text("chain"), root.place("chain"));
-  read_axes(root, record.chain);
-  record.table_radius = root.number("table_radius_mm") * units::mm;
-  record.std = root.number("std_um") * units::um;
-  record.against_first = root.choice("reference") == "first";
-  record.drift = root.choice("drift") == "repeated";
-  record.errors_stated = root.has("errors");
-  record.errors = root.texts_or_empty("errors");
+  read_common(root, record);
   const int order = root.integer("order");
   const std::string place = record.errors_stated ? root.place("errors") : source;
   root.finish();

@@ -77,6 +77,32 @@ void check_cell(const Table& table, Index row, Index column) {
                    fmt::format("a number of at most {:.0e}; leave out the row of a point that was not measured", most));
 }
 
+/// Points on the rotary axes, and axes that move the workpiece with their letter.
+void read_axes(const Node& root, mesh::KinematicChain& chain) {
+  std::vector<std::string> rotary, seen;
+  for (const std::string& id : chain.ids())
+    if (chain.find(id)->rotary) rotary.push_back(id);
+  for (const Node& node : root.tables("axis")) {
+    const std::string id = node.text("id");
+    if (std::find(rotary.begin(), rotary.end(), id) == rotary.end()) {
+      throw InputError(
+          node.place("id"), "'" + id + "'",
+          "rotary axes of the chain: " + core::join(rotary) + " (nearest: " + core::nearest(id, rotary) + ")");
+    }
+    core::require_unique_id(id, node.place("id"), seen);
+    mesh::ChainAxis& axis = *chain.find(id);
+    axis.origin = units::mm * Vector3d(node.number("x_mm"), node.number("y_mm"), node.number("z_mm"));
+    if (node.boolean("with_letter")) {
+      if (!axis.table_side) {
+        throw InputError(node.place("with_letter"), "true of an axis that carries the tool",
+                         "axes that carry the workpiece: others move with their letter anyway");
+      }
+      axis.direction = -axis.direction;
+    }
+    node.finish();
+  }
+}
+
 }  // namespace
 
 std::vector<RTestCycle> read_cycles(const Table& table, const mesh::KinematicChain& chain, bool raw) {
@@ -111,29 +137,15 @@ std::vector<RTestCycle> read_cycles(const Table& table, const mesh::KinematicCha
 
 bool has_deviations(const Table& table) { return table.find("dx_um") || table.find("dy_um") || table.find("dz_um"); }
 
-void read_axes(const Node& root, mesh::KinematicChain& chain) {
-  std::vector<std::string> rotary, seen;
-  for (const std::string& id : chain.ids())
-    if (chain.find(id)->rotary) rotary.push_back(id);
-  for (const Node& node : root.tables("axis")) {
-    const std::string id = node.text("id");
-    if (std::find(rotary.begin(), rotary.end(), id) == rotary.end()) {
-      throw InputError(
-          node.place("id"), "'" + id + "'",
-          "rotary axes of the chain: " + core::join(rotary) + " (nearest: " + core::nearest(id, rotary) + ")");
-    }
-    core::require_unique_id(id, node.place("id"), seen);
-    mesh::ChainAxis& axis = *chain.find(id);
-    axis.origin = units::mm * Vector3d(node.number("x_mm"), node.number("y_mm"), node.number("z_mm"));
-    if (node.boolean("with_letter")) {
-      if (!axis.table_side) {
-        throw InputError(node.place("with_letter"), "true of an axis that carries the tool",
-                         "axes that carry the workpiece: others move with their letter anyway");
-      }
-      axis.direction = -axis.direction;
-    }
-    node.finish();
-  }
+void read_common(const Node& root, RTestRecord& record) {
+  record.chain = mesh::KinematicChain::parse(root.text("chain"), root.place("chain"));
+  read_axes(root, record.chain);
+  record.table_radius = root.number("table_radius_mm") * units::mm;
+  record.std = root.number("std_um") * units::um;
+  record.against_first = root.choice("reference") == "first";
+  record.drift = root.choice("drift") == "repeated";
+  record.errors_stated = root.has("errors");
+  record.errors = root.texts_or_empty("errors");
 }
 
 }  // namespace thermotwin::metrology

@@ -17,7 +17,8 @@ std::vector<RTestCycle> read_cycles(const core::Table& table, const mesh::Kinema
 
 bool has_deviations(const core::Table& table);
 
-/// Points on the rotary axes, and axes that move the workpiece with their letter. @throws InputError
-void read_axes(const core::Node& root, mesh::KinematicChain& chain);
+/// Chain with the points of its rotary axes, radius of the table, uncertainty, reference, drift and the errors that are
+/// stated. @throws InputError
+void read_common(const core::Node& root, RTestRecord& record);
 
 }  // namespace thermotwin::metrology

@@ -41,15 +41,8 @@ RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, con
   root.schema(1);
   RTestRecord record;
   record.source = source;
-  record.chain = mesh::KinematicChain::parse(root.text("chain"), root.place("chain"));
-  read_axes(root, record.chain);
-  record.table_radius = root.number("table_radius_mm") * units::mm;
-  record.std = root.number("std_um") * units::um;
-  record.against_first = root.choice("reference") == "first";
-  record.drift = root.choice("drift") == "repeated";
+  read_common(root, record);
   record.harmonics = root.integer("harmonics");
-  record.errors_stated = root.has("errors");
-  record.errors = root.texts_or_empty("errors");
   const std::string place = record.errors_stated ? root.place("errors") : source;
   const std::optional<Node> probes = root.table_if("probes");
   const ProbeSetup setup = probes ? read_probes(*probes) : ProbeSetup();
