@@ -13,6 +13,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/changing_size.h"
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/inference/missing_source_search.h"
 #include "diagnosis/inference/model_search.h"
@@ -146,6 +147,11 @@ Look look_at(const reduction::ReducedModel& model, Records records, const Diagno
     problem = make_problem(machine, records, *look.seen.observations, response, options,
                            other_parameters(problem, look.found));
     search_it();
+  }
+  if (look.found.probability_none < none_likely && records.size() == 1) {
+    const ChangingSizes changing = find_changing_sizes(problem, response, machine, look.found);
+    if (add_steps(problem, changing.steps, look.found)) look.found = search(problem, response, machine);
+    add_laws(look.found, clear_laws(problem, look.found, changing.laws));
   }
   decide(problem, look.found, look.decided);
   if (Hypothesis named = shown(problem, look.found, look.decided);

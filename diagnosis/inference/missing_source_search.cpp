@@ -291,21 +291,6 @@ VectorXd blurred(const VectorXd& posterior, const std::vector<reduction::Patch>&
   return result;
 }
 
-void add_column(Problem& problem, const Parameter& parameter, const VectorXd& column) {
-  const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
-  problem.parameters.push_back(parameter);
-  problem.nominal.conservativeResize(at + 1);
-  problem.nominal[at] = parameter.nominal;
-  const MatrixXd behind = problem.columns.rightCols(rest);
-  const VectorXd std_behind = problem.prior_std.tail(rest);
-  problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
-  problem.prior_std.conservativeResize(at + 1 + rest);
-  problem.columns.col(at) = column;
-  problem.columns.rightCols(rest) = behind;
-  problem.prior_std[at] = parameter.nominal_std;
-  problem.prior_std.tail(rest) = std_behind;
-}
-
 /// Longest that the machine is in one state: its coefficients there.
 VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::ReducedModel& model,
                             const Observations& obs) {
@@ -342,7 +327,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
   const Combinations heat =
       combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
-  const mesh::Machine base = problem.machine_around(machine, {});
+  const MachineInTime base = problem.machine_around(machine, {});
   const MatrixXd responses = response.to_heat(base, heat.loads, series), weights = between(heat.weights);
   const SearchData seen(problem, responses);
   const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()),
@@ -383,7 +368,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   const MatrixXd columns = response.linearise(base, found, VectorXd::Zero(std::ssize(found)), false).sensitivity;
   for (std::size_t i = 0; i < found.size(); ++i) {
     problem.place_freedom[problem.parameters.size()] = std::move(freedom[i]);
-    add_column(problem, found[i], columns.col(i));
+    add_parameter(problem, found[i], columns.col(i));
   }
 }
 

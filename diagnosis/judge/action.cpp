@@ -89,6 +89,11 @@ std::string source_action(const RankedCause& cause, const mesh::Machine& machine
     case Kind::process_heat:
       return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times as stated.", where,
                          cause.value);
+    case Kind::source_step:
+      return fmt::format(
+          "Ask what was done to {} (re-lubrication, a new bearing, another preload): since {} its heat is {:.2g} times "
+          "as stated.",
+          where, step_in_words(p), cause.value);
     default:
       return fmt::format(
           "Check the power of {}: its heat is {:.2g} times as stated. Measure the drive's power, and feel "
@@ -201,6 +206,9 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
     case Kind::contact_conductance:
       return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
                          p.where, cause.value);
+    case Kind::contact_step:
+      return fmt::format("Check {} for lost preload and loose bolts: since {} it conducts {:.2g} times as stated.",
+                         p.where, step_in_words(p), cause.value);
     case Kind::contact_stiffness:
       return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times as stated.", p.where,
                          cause.value);

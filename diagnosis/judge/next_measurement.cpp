@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "core/thread_pool.h"
 #include "core/units.h"
@@ -167,7 +168,11 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     std::vector<MatrixXd> seen(rivals.size());
     core::parallel_for(0, rivals.size(), [&](std::size_t i) {
       const Parameter& p = rivals[i].parameter;
-      seen[i] = response.elsewhere(p.name.empty() ? machine : with_parameter(machine, p, rivals[i].value), poses);
+      MachineInTime rival = p.name.empty() ? MachineInTime(machine) : with_parameter(machine, p, rivals[i].value);
+      // Another program comes after the record, and after its steps.
+      if (!own)
+        for (LaterFactor& later : rival.later) later.from_s = std::numeric_limits<double>::lowest();
+      seen[i] = response.elsewhere(rival, poses);
     });
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;

@@ -238,7 +238,7 @@ std::vector<ChannelCovariance> Problem::fitted_covariance() const {
   return result;
 }
 
-mesh::Machine Problem::machine_around(const mesh::Machine& machine, const std::vector<int>& but) const {
+MachineInTime Problem::machine_around(const mesh::Machine& machine, const std::vector<int>& but) const {
   std::vector<Parameter> moved;
   std::vector<double> values;
   for (Index i = 0; i < around.size(); ++i) {
@@ -318,6 +318,21 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   problem.expected_std = problem.expected_std.cwiseSqrt();
   drop_materials_like_a_body(machine, problem);
   return problem;
+}
+
+void add_parameter(Problem& problem, const Parameter& parameter, const Eigen::VectorXd& column) {
+  const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
+  problem.parameters.push_back(parameter);
+  problem.nominal.conservativeResize(at + 1);
+  problem.nominal[at] = parameter.nominal;
+  const Eigen::MatrixXd behind = problem.columns.rightCols(rest);
+  const Eigen::VectorXd std_behind = problem.prior_std.tail(rest);
+  problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
+  problem.prior_std.conservativeResize(at + 1 + rest);
+  problem.columns.col(at) = column;
+  problem.columns.rightCols(rest) = behind;
+  problem.prior_std[at] = parameter.nominal_std;
+  problem.prior_std.tail(rest) = std_behind;
 }
 
 }  // namespace thermotwin::diagnosis

@@ -171,6 +171,8 @@ TEST(Hypothesis, AFullHouseOffersEveryKindThatIsListed) {
   std::set<std::string> offered, listed;
   for (const Parameter& p : full_parameters()) offered.insert(name_of(p.kind) + " " + p.name + " " + p.unit);
   offered.insert("source_missing power W");  // by the patches of a model: missing_source.h
+  offered.insert("source_step factor 1");    // by a record that changes: changing_size.h
+  offered.insert("contact_step factor 1");
   for (const auto& kind : diagnosis::known_kinds()) listed.insert(kind.name + " " + kind.amount + " " + kind.unit);
   EXPECT_EQ(offered, listed);
 }
@@ -298,6 +300,26 @@ TEST(Hypothesis, AVolumesExchangeAndContentAreWrittenWhereTheyStand) {
   EXPECT_DOUBLE_EQ(written(Kind::volume_capacity, "cabinet", 0.5)[1].capacity.value, 2.5e4);
   const Parameter p = diagnosis::make_parameter(Kind::volume_capacity, "tank");
   EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, p, 1.5).volumes[0].capacity.value, 30.0 * 4180.0);
+}
+
+TEST(Hypothesis, AStepIsAFactorFromItsTimeOnAndAScaleInTheFile) {
+  const mesh::Machine machine = lumped::machine();
+  Parameter p = diagnosis::make_parameter(Kind::source_step, "motor");
+  EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, p, 1.7).sources[0].scale.value, 1.7) << "since ever";
+  p.from_s = 7200.0;
+  p.from_std_s = 600.0;
+  const diagnosis::MachineInTime changed = diagnosis::with_parameter(machine, p, 1.7);
+  ASSERT_EQ(changed.later.size(), 1u);
+  EXPECT_EQ(changed.sources[0].scale.value, 1.0) << "before the step it is as stated";
+  EXPECT_EQ(changed.later[0].item, "motor");
+  EXPECT_FALSE(changed.later[0].joint);
+  EXPECT_EQ(changed.later[0].factor, 1.7);
+  EXPECT_EQ(changed.later[0].from_s, 7200.0);
+  const std::string text = diagnosis::extended_text(machine, p, 1.7, 0.1, "why");
+  EXPECT_NE(text.find("since 2.00 +- 0.17 h of the record; why"), std::string::npos) << text;
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(text, machine.path).sources[0].scale.value, 1.7);
+  p.where = "no such source";
+  EXPECT_THROW(diagnosis::with_parameter(machine, p, 1.7), core::InputError);
 }
 
 TEST(Hypothesis, AClockIsAsSureAsTheInputsTimesAre) {
