@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "compensation/measurement/measurement_check.h"
@@ -295,14 +296,32 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
 
 }  // namespace
 
+namespace {
+
+bool tells_time_of_day(const compensation::Measurement& record) {
+  return std::isfinite(record.starts_at_h) ||
+         std::any_of(record.channels.begin(), record.channels.end(),
+                     [](const auto& channel) { return channel.input == mesh::time_of_day; });
+}
+
+/// A source that machine.toml does not have may follow the time of day, where a record tells it.
+Diagnosis diagnose_by_hour(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
+  if (std::none_of(records.begin(), records.end(), tells_time_of_day)) return diagnose_all(model, records, options);
+  reduction::ReducedModel asking = model;
+  asking.machine.asks_time_of_day = true;
+  return diagnose_all(asking, records, options);
+}
+
+}  // namespace
+
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options) {
-  return diagnose_all(model, Records(&measurement, 1), options);
+  return diagnose_by_hour(model, Records(&measurement, 1), options);
 }
 
 Diagnosis diagnose(const reduction::ReducedModel& model, std::vector<compensation::Measurement> records,
                    const DiagnoseOptions& options) {
-  return diagnose_all(model, with_record_names(std::move(records)), options);
+  return diagnose_by_hour(model, with_record_names(std::move(records)), options);
 }
 
 }  // namespace thermotwin::diagnosis

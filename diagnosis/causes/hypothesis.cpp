@@ -88,12 +88,14 @@ double& field(mesh::SourceSpec& source, Kind kind) {
 }
 double& field(mesh::FilmSpec& film, Kind kind) {
   if (kind == Kind::film_speed_law) return film.speed_factor;
+  if (kind == Kind::film_emissivity) return film.emissivity.value;
   return kind == Kind::radiation_load ? film.radiation_load : film.coefficient.value;
 }
 double& field(mesh::AmbientSpec& ambient, Kind kind) {
   return kind == Kind::ambient_gradient ? ambient.gradient.value : ambient.offset;
 }
 double& field(mesh::JointSpec& joint, Kind kind) {
+  if (kind == Kind::contact_pressure) return joint.law.pressure.value;
   return kind == Kind::contact_stiffness ? joint.stiffness_normal.value : joint.conductance.value;
 }
 double& field(mesh::CoolantSpec& coolant, Kind kind) {

@@ -6,8 +6,10 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "diagnosis/causes/daily_window.h"
 #include "diagnosis/causes/kinds.h"
 #include "mesh/machine/machine.h"
 
@@ -21,7 +23,8 @@ struct MissingSource {
   double at = 1, most = 1;         ///< value of the input at which the power is stated; its largest value
   std::string body;                ///< most probable body
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
-  double region95 = 0;  ///< m, radius about the centre that contains it with 95 % probability
+  double region95 = 0;               ///< m, radius about the centre that contains it with 95 % probability
+  std::optional<DailyWindow> daily;  ///< where it follows the time of day
 };
 
 struct Parameter {

@@ -80,12 +80,12 @@ class Beside {
 public:
   /// @param columns  (observations x any)
   Beside(const Problem& problem, const White& white, const MatrixXd& columns)
-      : first_(static_cast<int>(problem.columns.cols())),
+      : first_(problem.columns.cols()),
         evidence_(joined_columns(white.columns, white.of(problem, columns)), white.residual,
                   joined_std(problem.prior_std, columns.cols())) {}
 
   double of_step(const Parameter& step, Index column) const {
-    const int at = first_ + static_cast<int>(column);
+    const int at = first_ + column;
     const LinearEvidence::Widened wide = evidence_.widen({&at, 1}, {&step.cause_std, 1});
     return share_ * (wide.log_ratio + log_within_bounds(step, step.nominal + wide.mean[0], wide.std[0]));
   }
@@ -96,7 +96,7 @@ public:
   /// All of some columns with the same prior.
   double of_many(Index first, Index count, double std) const {
     std::vector<int> which(count);
-    std::iota(which.begin(), which.end(), first_ + static_cast<int>(first));
+    std::iota(which.begin(), which.end(), first_ + first);
     return share_ * evidence_.widen(which, std::vector<double>(count, std)).log_ratio;
   }
 
@@ -165,7 +165,7 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
   found.parameter = steps[best];
   found.parameter.from_std_s =
       std::sqrt(weight.dot((when.array() - when[best]).square().matrix()) + apart * apart / 12.0);
-  found.parameter.prior_share = std::exp(coarse.log_share) / static_cast<double>(places);
+  found.parameter.prior_share = std::exp(coarse.log_share) / places;
   found.column = columns.col(best);
   found.freedom =
       found.parameter.from_std_s / (when[after] - when[before]) * (columns.col(before) - columns.col(after));
@@ -178,7 +178,7 @@ double log_average(const std::vector<double>& logs) {
   const double top = *std::max_element(logs.begin(), logs.end());
   double sum = 0.0;
   for (const double value : logs) sum += std::exp(value - top);
-  return top + std::log(sum / static_cast<double>(logs.size()));
+  return top + std::log(sum / logs.size());
 }
 
 /// ln Bayes factor of a size that wanders or jumps in the course of the record: an Ornstein-Uhlenbeck process.
@@ -192,7 +192,7 @@ double evidence_of_law(const Problem& problem, const Response& response, const M
                 response.linearise(base, steps, VectorXd::Ones(std::ssize(steps)), false).sensitivity);
   const double length = when[1] - when[0];
   const MatrixXd covariance = MatrixXd::NullaryExpr(law_intervals, law_intervals, [&](Index i, Index j) {
-    return std::exp(-std::abs(static_cast<double>(i - j)) * length / law_memory_s);
+    return std::exp(-std::abs(i - j) * length / law_memory_s);
   });
   const MatrixXd root = covariance.llt().matrixL();
   MatrixXd columns(white.columns.rows(), white.columns.cols() + law_intervals);
@@ -230,10 +230,10 @@ ChangingSizes find_changing_sizes(const Problem& problem, const Response& respon
   for (std::size_t i = 0; i < tried.size(); ++i) {
     for (std::size_t k = 0; k < when.size(); ++k) {
       const std::size_t column = i * when.size() + k;
-      timed[i].evidence[k] = steps_beside.of_step(steps[column], static_cast<Index>(column));
+      timed[i].evidence[k] = steps_beside.of_step(steps[column], column);
     }
     timed[i].log_share = log_average(timed[i].evidence) - timed[i].evidence[timed[i].best()];
-    const Index first = static_cast<Index>(i) * (count + 1);
+    const Index first = i * (count + 1);
     result.laws.push_back({tried[i].parameter, intervals_beside.of_many(first, count + 1, tried[i].cause_std), 0.0});
   }
   std::stable_sort(result.laws.begin(), result.laws.end(),
@@ -278,7 +278,7 @@ bool add_steps(Problem& problem, const std::vector<ChangingSizes::Step>& steps, 
   for (const ChangingSizes::Step& step : steps) {
     // One before a source does anything is a constant change.
     if (step.over_constant < told_apart_by || step.log_evidence < may_compete * leads - within_nats) continue;
-    problem.place_freedom[static_cast<int>(problem.parameters.size())] = step.freedom;
+    problem.place_freedom[problem.parameters.size()] = step.freedom;
     add_parameter(problem, step.parameter, step.column);
     any = true;
   }

@@ -332,8 +332,8 @@ void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOp
   if (laws.empty()) return;
   double all = 1.0;
   for (ChangingLaw& law : laws) {
-    law.probability = std::exp(std::min(
-        std::log(options.prior_law / static_cast<double>(laws.size())) + law.log_evidence - found.log_normal, 500.0));
+    law.probability =
+        std::exp(std::min(std::log(options.prior_law / laws.size()) + law.log_evidence - found.log_normal, 500.0));
     all += law.probability;
   }
   for (ChangingLaw& law : laws) law.probability /= all;

@@ -16,6 +16,7 @@
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
 #include "mesh/machine/kinematics.h"
+#include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
 
@@ -66,7 +67,8 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
 }
 
 /// A program as if it had been measured, without a channel.
-Observations planned(const solver::LoadProgram& program) {
+/// @param channels  of the machine; it may know the time of day
+Observations planned(const solver::LoadProgram& program, Index channels) {
   Observations plan;
   const std::vector<double> ends = program.step_ends(coarser);
   plan.points.resize(std::ssize(ends) + 1);
@@ -75,8 +77,8 @@ Observations planned(const solver::LoadProgram& program) {
     const Index at = i;
     plan.points[at + 1] = ends[i];
     const Eigen::VectorXd row = program.row(plan.points[at], ends[i]);
-    if (i == 0) plan.rows.resize(std::ssize(ends), row.size());
-    plan.rows.row(at) = row.transpose();
+    if (i == 0) plan.rows.setConstant(std::ssize(ends), std::max(channels, row.size()), solver::not_given);
+    plan.rows.row(at).head(row.size()) = row.transpose();
   }
   plan.end = ends.back();
   plan.start_C = program.initial_C();
@@ -199,7 +201,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
-  for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
+  for (const solver::LoadProgram& program : programs)
+    consider(planned(program, solver::Channels(machine).size()), program.name(), false);
   if (best >= tells_apart) return next;
   next = {};
   next.why = fmt::format(

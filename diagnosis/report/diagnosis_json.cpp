@@ -34,6 +34,10 @@ Json named(const RankedCause& cause, std::size_t number) {
         {"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
     json["series"] = series_file(number);
     json["follows"] = missing->follows;
+    if (const auto& daily = missing->daily) {
+      const auto hour = [](double h) { return mesh::at_input(mesh::TableInput::hour, h); };
+      json["hours_of_day"] = {hour(daily->from_h), hour(daily->to_h)};
+    }
     if (!missing->alike.empty()) json["follows_or"] = missing->alike;
   }
   return json;

@@ -13,6 +13,7 @@
 #include "compensation/measurement/channel.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/decision.h"
@@ -59,7 +60,7 @@ std::string in_words(const RankedCause& cause) {
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =
       is_step(p.kind) ? ", since " + step_in_words(p)
-      : p.missing     ? fmt::format(", follows {}{}, 95 % within {:.0f} mm", p.missing->follows,
+      : p.missing     ? fmt::format(", follows {}{}, 95 % within {:.0f} mm", follows_in_words(*p.missing),
                                 p.missing->alike.empty() ? "" : " or " + core::join(p.missing->alike, " or "),
                                     1e3 * p.missing->region95)
                       : "";
