@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "compensation/measurement/measurement_check.h"
@@ -13,6 +14,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/changing_size.h"
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/inference/missing_source_search.h"
 #include "diagnosis/inference/model_search.h"
@@ -146,6 +148,11 @@ Look look_at(const reduction::ReducedModel& model, Records records, const Diagno
     problem = make_problem(machine, records, *look.seen.observations, response, options,
                            other_parameters(problem, look.found));
     search_it();
+  }
+  if (look.found.probability_none < none_likely && records.size() == 1) {
+    const ChangingSizes changing = find_changing_sizes(problem, response, machine, look.found);
+    if (add_steps(problem, changing.steps, look.found)) look.found = search(problem, response, machine);
+    add_laws(look.found, clear_laws(problem, look.found, changing.laws));
   }
   decide(problem, look.found, look.decided);
   if (Hypothesis named = shown(problem, look.found, look.decided);
@@ -289,14 +296,32 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
 
 }  // namespace
 
+namespace {
+
+bool tells_time_of_day(const compensation::Measurement& record) {
+  return std::isfinite(record.starts_at_h) ||
+         std::any_of(record.channels.begin(), record.channels.end(),
+                     [](const auto& channel) { return channel.input == mesh::time_of_day; });
+}
+
+/// A source that machine.toml does not have may follow the time of day, where a record tells it.
+Diagnosis diagnose_by_hour(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
+  if (std::none_of(records.begin(), records.end(), tells_time_of_day)) return diagnose_all(model, records, options);
+  reduction::ReducedModel asking = model;
+  asking.machine.asks_time_of_day = true;
+  return diagnose_all(asking, records, options);
+}
+
+}  // namespace
+
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options) {
-  return diagnose_all(model, Records(&measurement, 1), options);
+  return diagnose_by_hour(model, Records(&measurement, 1), options);
 }
 
 Diagnosis diagnose(const reduction::ReducedModel& model, std::vector<compensation::Measurement> records,
                    const DiagnoseOptions& options) {
-  return diagnose_all(model, with_record_names(std::move(records)), options);
+  return diagnose_by_hour(model, with_record_names(std::move(records)), options);
 }
 
 }  // namespace thermotwin::diagnosis

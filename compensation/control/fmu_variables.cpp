@@ -45,8 +45,8 @@ void add_outputs(const ControlData& data, std::vector<FmuVariable>& all) {
 
 }  // namespace
 
-const std::array<FmuUnit, 10>& fmu_units() {
-  static constexpr std::array<FmuUnit, 10> units = {
+const std::array<FmuUnit, 11>& fmu_units() {
+  static constexpr std::array<FmuUnit, 11> units = {
       {{"_mm_min", "mm/min", R"(m="1" s="-1" factor="1.6666666666666667e-05")"},
        {"_deg_min", "deg/min", R"(rad="1" s="-1" factor="2.908882086657216e-04")"},
        {"_rpm", "rpm", R"(rad="1" s="-1" factor="0.10471975511965977")"},
@@ -55,6 +55,7 @@ const std::array<FmuUnit, 10>& fmu_units() {
        {"power_W", "W", R"(kg="1" m="2" s="-3")"},
        {"T_C", "degC", R"(K="1" offset="273.15")"},
        {"_K_m", "K/m", R"(K="1" m="-1")"},
+       {"time_h", "h", R"(s="1" factor="3600")"},
        {"_um", "um", R"(m="1" factor="1e-6")"},
        {"", "1", ""}}};
   return units;

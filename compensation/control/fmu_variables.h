@@ -17,7 +17,7 @@ inline constexpr double fmu_not_given = -1e30;  ///< an input at this value has 
 struct FmuUnit {
   const char *ending, *name, *base;
 };
-const std::array<FmuUnit, 10>& fmu_units();
+const std::array<FmuUnit, 11>& fmu_units();
 const FmuUnit& fmu_unit(const std::string& channel);
 /// @return the elements of UnitDefinitions, the same in both versions
 std::string fmu_unit_definitions();

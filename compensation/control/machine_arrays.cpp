@@ -119,8 +119,8 @@ private:
     data_.film_still.push_back(constant
                                    ? film.coefficient.value
                                    : solver::free_convection(film.orientation, film.length, film.delta, reference_K_));
-    data_.film_radiation.push_back(solver::radiation(film.emissivity, reference_K_));
-    data_.film_emissivity.push_back(film.emissivity);
+    data_.film_radiation.push_back(solver::radiation(film.emissivity.value, reference_K_));
+    data_.film_emissivity.push_back(film.emissivity.value);
     data_.film_length.push_back(film.length);
     data_.film_factor.push_back(constant ? 1.0 : film.coefficient.value);
     data_.film_load.push_back(film.radiation_load);
@@ -136,7 +136,7 @@ private:
     data_.film_orientation.push_back(static_cast<int>(film.orientation));
     data_.film_table.push_back(film.table.input.empty() ? -1 : curve(film.table.at, film.table.power));
     data_.film_table_channel.push_back(channel(film.table.input));
-    data_.film_table_magnitude.push_back(!film.table.input.ends_with(".T_C"));
+    data_.film_table_input.push_back(static_cast<int>(mesh::table_input(film.table.input)));
     data_.film_state.push_back(channel(film.state));
     const bool spindle = film.axis == "spindle";
     data_.film_speed_channel.push_back(
@@ -212,7 +212,7 @@ private:
     data_.source_exponent.push_back(source.speed_exponent);
     for (const mesh::PowerLaw& law : source.laws) {
       data_.law_channel.push_back(channel(law.input));
-      data_.law_magnitude.push_back(!law.input.ends_with(".T_C"));
+      data_.law_input.push_back(static_cast<int>(mesh::table_input(law.input)));
       data_.law_half_speed.push_back(0.5 * largest_speed(law.input));
       data_.law_curve.push_back(curve(law.at, law.power));
     }

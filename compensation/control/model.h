@@ -28,6 +28,7 @@ enum {
   TT_INPUT_GIVEN
 };
 enum { TT_VERTICAL, TT_UP, TT_DOWN };
+enum { TT_AS_IT_IS, TT_MAGNITUDE, TT_HOUR_OF_DAY };
 enum { TT_LAG, TT_TWO_POINT, TT_PI_CONTROL };
 enum { TT_BEARING, TT_GUIDE, TT_SCREW, TT_MOTOR, TT_HOLDING };
 enum { TT_LOSS_NUMBERS = 8 }; /* a loss; their meaning: laws.h */
@@ -121,13 +122,13 @@ enum { TT_CHAIN_TOOL, TT_CHAIN_CARRIER, TT_CHAIN_TABLE, TT_CHAINS };
   X(ambient_channel) X(ambient_follows) X(ambient_gradient_channel) \
   X(film_first_input) X(film_ambient) X(film_surroundings) X(film_own) X(film_volume) \
   X(film_of_temperature) X(film_exact) X(film_orientation) \
-  X(film_table) X(film_table_channel) X(film_table_magnitude) X(film_speed_channel) X(film_state) \
+  X(film_table) X(film_table_channel) X(film_table_input) X(film_speed_channel) X(film_state) \
   X(joint_first_term) X(joint_clamp) X(joint_reading) X(joint_curve) \
   X(joint_grid_axis) X(joint_periodic) X(joint_grid_first) \
   X(coolant_on) X(coolant_inlet) X(coolant_guide) X(coolant_returns) X(coolant_warmed_by) \
   X(coolant_control) X(coolant_controls_return) X(coolant_guide_ambient) \
   X(source_drive) X(source_law_first) X(source_loss_first) \
-  X(law_channel) X(law_magnitude) X(law_curve) \
+  X(law_channel) X(law_input) X(law_curve) \
   X(loss_kind) X(loss_speed) X(loss_position) X(loss_low) X(loss_high) X(loss_clamp) X(loss_curve) \
   X(tool_axis) X(tool_linear) X(tool_endless) X(tool_first) \
   X(table_axis) X(table_linear) X(table_endless) X(table_first) \

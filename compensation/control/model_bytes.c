@@ -17,8 +17,8 @@ uint64_t tt_model_sum(const void* bytes, size_t count) {
 static int read_head(const void* bytes, size_t size, tt_model_head* head) {
   if (size < sizeof *head) return 1;
   memcpy(head, bytes, sizeof *head);
-  return memcmp(head->magic, TT_MODEL_MAGIC, sizeof head->magic) != 0 || head->version != TT_MODEL_VERSION ||
-         head->bytes != size;
+  return memcmp(head->magic, TT_MODEL_MAGIC, sizeof head->magic) != 0 || head->version < TT_MODEL_FIRST_VERSION ||
+         head->version > TT_MODEL_VERSION || head->bytes != size;
 }
 
 long tt_model_texts(const void* bytes, size_t size) {

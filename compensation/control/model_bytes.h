@@ -14,7 +14,8 @@ extern "C" {
 #endif
 
 #define TT_MODEL_MAGIC "tt model"
-enum { TT_MODEL_VERSION = 1 };
+/* 2: tables over the time of day; a model of version 1 has none and is read as it is. */
+enum { TT_MODEL_FIRST_VERSION = 1, TT_MODEL_VERSION = 2 };
 
 typedef struct tt_model_head {
   char magic[8];
@@ -23,7 +24,7 @@ typedef struct tt_model_head {
 } tt_model_head;
 
 uint64_t tt_model_sum(const void* bytes, size_t count);
-/* Number of pointers to texts, or -1 where the bytes are no model of this version. */
+/* Number of pointers to texts, or -1 where the bytes are no model of these versions. */
 long tt_model_texts(const void* bytes, size_t size);
 /* Sets a model that points into the bytes (aligned to 8), which must outlive it. texts: that many pointers.
  * Returns 0, or 1 where the bytes are no whole model. */

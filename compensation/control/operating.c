@@ -68,10 +68,16 @@ static double own_convection(const tt_model* m, int i, double own, double ambien
                             ambient + m->reference_C + zero_C_in_K);
 }
 
+/* What a table takes of its channel: the numbers of mesh::TableInput. */
+static double at_input(int input, double value) {
+  if (input == TT_AS_IT_IS) return value;
+  return input == TT_HOUR_OF_DAY ? value - 24.0 * floor(value / 24.0) : fabs(value);
+}
+
 static double table_convection(const tt_model* m, int i, double value) {
   if (!tt_is_finite(value)) return 0.0; /* input not supplied: the law contributes zero */
   const int curve = m->film_table[i];
-  const double at = tt_curve(m, curve, m->film_table_magnitude[i] ? fabs(value) : value);
+  const double at = tt_curve(m, curve, at_input(m->film_table_input[i], value));
   if (m->film_speed_factor[i] == 1.0) return at;
   const double lowest = m->curve_value[m->curve_first[curve]];
   return tt_max(0.0, lowest + m->film_speed_factor[i] * (at - lowest));
@@ -115,7 +121,7 @@ double tt_source_power(const tt_model* m, int i, const double* row) {
     const double value = row[m->law_channel[k]], half = m->law_half_speed[k];
     if (!tt_is_finite(value)) continue; /* input not supplied: the law contributes zero */
     const double factor = half > 0.0 ? tt_by_speed(fabs(value) / half, m->source_exponent[i]) : 1.0;
-    power += factor * tt_curve(m, m->law_curve[k], m->law_magnitude[k] ? fabs(value) : value);
+    power += factor * tt_curve(m, m->law_curve[k], at_input(m->law_input[k], value));
   }
   for (int k = m->source_loss_first[i]; k < m->source_loss_first[i + 1]; ++k) {
     power += tt_by_speed(2.0 * tt_loss_relative_speed(m, k, row), m->source_exponent[i]) * tt_loss_power(m, k, row);

@@ -19,7 +19,8 @@ constexpr Ending endings[] = {{"_mm_min", Quantity::feed, ChannelKind::speed, "m
                               {"_deg", Quantity::position, ChannelKind::position, "deg"},
                               {"T_C", Quantity::temperature, ChannelKind::temperature, "degC"},
                               {"_W", Quantity::power, ChannelKind::power, "W"},
-                              {"gradient_K_m", Quantity::gradient, ChannelKind::state, "K/m"}};
+                              {"gradient_K_m", Quantity::gradient, ChannelKind::state, "K/m"},
+                              {"day.time_h", Quantity::hour, ChannelKind::state, "h"}};
 
 }  // namespace
 

@@ -11,8 +11,8 @@
 
 namespace thermotwin::compensation {
 
-/// turning: of a spindle; range: the end of a travel that an axis swings in, blank while it stands.
-enum class Quantity { temperature, gradient, power, turning, feed, position, range, state };
+/// turning: of a spindle; range: the end of a travel that an axis swings in, blank while it stands; hour: of the day.
+enum class Quantity { temperature, gradient, power, turning, feed, position, range, state, hour };
 
 struct Channel {
   std::string name;

@@ -24,12 +24,15 @@ const KeyTable channel_table{
     "A column of data.csv.",
     {
         key::text("id", required, "The column's name."),
-        key::word("kind", {"temperature", "displacement", "speed", "power", "position", "flow", "state"}, required,
-                  "The measured quantity. A state is 0 (off) to 1 (on), or the gradient of an ambient in K/m."),
-        key::word("unit", {"degC", "K", "um", "um/m", "rpm", "mm_min", "deg_min", "W", "mm", "deg", "kg_s", "1", "K/m"},
+        key::word(
+            "kind", {"temperature", "displacement", "speed", "power", "position", "flow", "state"}, required,
+            "The measured quantity. A state is 0 (off) to 1 (on), the gradient of an ambient in K/m, or the time of "
+            "day in h."),
+        key::word("unit",
+                  {"degC", "K", "um", "um/m", "rpm", "mm_min", "deg_min", "W", "mm", "deg", "kg_s", "1", "K/m", "h"},
                   required,
                   "Its unit: temperature degC, K; displacement um, um/m; speed rpm, mm_min, deg_min; power W; position "
-                  "mm, deg; flow kg_s; state 1, gradient K/m."),
+                  "mm, deg; flow kg_s; state 1, gradient K/m, time of day h."),
         key::number("uncertainty", "its unit", non_negative, Absent{"0 of an input; else required"},
                     "One standard deviation; above 0 for displacements and for temperatures without `input`."),
         key::text("sensor", "", "Id of its sensor in machine.toml."),
@@ -61,7 +64,9 @@ const KeyTable record{
     "How the record was taken.",
     {key::flag("rows_at_changes", false,
                "Each change of a speed, power or state has a row at its time. Else changes come up to "
-               "a row before the row that shows them, where rows are more than two minutes apart.")}};
+               "a row before the row that shows them, where rows are more than two minutes apart."),
+     key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},
+               "Time of day, \"06:30\", at `time_s` = 0. Laws over `day.time_h` then have their input.")}};
 
 const KeyTable channels{
     "channels.toml",

@@ -7,12 +7,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "compensation/measurement/channel_keys.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
+#include "core/time_of_day.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -35,7 +37,7 @@ const std::vector<Kind>& kinds() {
       {ChannelKind::power, "power", {"W"}},
       {ChannelKind::position, "position", {"mm", "deg"}},
       {ChannelKind::flow, "flow", {"kg_s"}},
-      {ChannelKind::state, "state", {"1", "K/m"}},
+      {ChannelKind::state, "state", {"1", "K/m", "h"}},
   };
   return all;
 }
@@ -168,6 +170,12 @@ std::vector<Program> read_programs(const core::Node& root) {
   return programs;
 }
 
+double read_hour(const core::Node& node, const std::string& key) {
+  const std::string text = node.text(key);
+  if (const std::optional<double> hours = core::hours_of_day(text)) return *hours;
+  throw InputError(node.place(key), "'" + text + "'", core::time_of_day_form);
+}
+
 }  // namespace
 
 Measurement read_measurement(const std::filesystem::path& folder) {
@@ -186,6 +194,7 @@ Measurement read_measurement(const std::filesystem::path& folder) {
   measurement.folder = folder;
   if (const auto record = root.table_if("record")) {
     measurement.rows_at_changes = record->boolean("rows_at_changes");
+    if (record->has("starts_at")) measurement.starts_at_h = read_hour(*record, "starts_at");
     record->finish();
   }
   std::vector<std::string> seen{"time_s"};
@@ -216,7 +225,13 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
   fmt::memory_buffer text;
   const auto out = fmt::appender(text);
   fmt::format_to(out, "schema = 1\n");
-  if (measurement.rows_at_changes) fmt::format_to(out, "[record]\nrows_at_changes = true\n");
+  const bool timed = std::isfinite(measurement.starts_at_h);
+  if (measurement.rows_at_changes || timed) fmt::format_to(out, "[record]\n");
+  if (measurement.rows_at_changes) fmt::format_to(out, "rows_at_changes = true\n");
+  if (timed) {
+    const long minutes = std::lround(60.0 * measurement.starts_at_h) % (24 * 60);
+    fmt::format_to(out, "starts_at = \"{:02}:{:02}\"\n", minutes / 60, minutes % 60);
+  }
   for (const MeasuredChannel& channel : measurement.channels) {
     fmt::format_to(out, "[[channel]]\nid = \"{}\"\nkind = \"{}\"\nunit = \"{}\"\nuncertainty = {}\n", channel.id,
                    kind_of(channel.kind).word, channel.unit, channel.uncertainty);

@@ -4,6 +4,7 @@
 // this folder and by the diagnosis; the virtual measurements of the tests are written by it too.
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,7 @@ struct Measurement {
   std::vector<MeasuredChannel> channels;
   core::Table data;              ///< first column time_s, rising
   bool rows_at_changes = false;  ///< each change of a speed, power or state has a row at its time
+  double starts_at_h = std::numeric_limits<double>::quiet_NaN();  ///< h, time of day at time_s = 0; NaN: not stated
 
   Eigen::VectorXd time() const { return data.values.col(0); }
   Eigen::VectorXd values(const MeasuredChannel& channel) const { return data.values.col(channel.column); }

@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "core/toml_place.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 
 namespace thermotwin::compensation {
@@ -37,7 +38,7 @@ void check_sensor(const std::string& place, const MeasuredChannel& channel, cons
 }
 
 void check_input(const std::string& place, const MeasuredChannel& channel, const solver::Channels& channels) {
-  if (channels.index(channel.input) < 0) {
+  if (channels.index(channel.input) < 0 && channel.input != mesh::time_of_day) {
     throw InputError(place, "unknown input '" + channel.input + "'",
                      "a channel of the machine (nearest: " + core::nearest(channel.input, channels.names()) + ")");
   }
@@ -141,12 +142,38 @@ std::vector<std::string> blank_implausible(Measurement& measurement, const mesh:
   return blanked;
 }
 
+namespace {
+
+/// A clock that begins anew at midnight runs on, and through rows without it: means over midnight are midnight.
+void run_on(const Eigen::VectorXd& time, Eigen::Ref<Eigen::VectorXd> hours) {
+  constexpr double day = 24.0;
+  Eigen::Index last = 0;
+  while (last < hours.size() && !std::isfinite(hours[last])) ++last;
+  if (last == hours.size()) return;
+  const auto since = [&](Eigen::Index i) { return hours[last] + (time[i] - time[last]) / core::units::hour; };
+  for (Eigen::Index i = 0; i < last; ++i) hours[i] = since(i);
+  for (Eigen::Index i = last + 1; i < hours.size(); ++i) {
+    if (std::isfinite(hours[i]))
+      hours[i] += day * std::round((since(i) - hours[i]) / day);
+    else
+      hours[i] = since(i);
+    last = i;
+  }
+}
+
+}  // namespace
+
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels) {
   const Eigen::Index n = measurement.data.rows();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Constant(n, channels.size(), solver::not_given);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (const int index = channel.input.empty() ? -1 : channels.index(channel.input); index >= 0)
       rows.col(index) = measurement.data.values.col(channel.column);
+  }
+  if (const int hour = channels.index(mesh::time_of_day); hour >= 0) {
+    if (std::isfinite(measurement.starts_at_h) && !rows.col(hour).array().isFinite().any())
+      rows.col(hour) = measurement.starts_at_h + measurement.time().array() / core::units::hour;
+    run_on(measurement.time(), rows.col(hour));
   }
   Eigen::VectorXd held = channels.defaults();
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -10,6 +10,7 @@
 
 #include "compensation/measurement/channel.h"
 #include "core/range.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
@@ -131,6 +132,11 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
     perturb(volume.capacity);
     for (mesh::VolumeExchange& exchange : volume.exchanges) perturb_thermal(exchange.conductance);
   }
+  for (mesh::FilmSpec& film : result.films) {
+    perturb_thermal(film.emissivity);
+    film.emissivity.value = std::min(film.emissivity.value, 1.0);
+  }
+  for (mesh::JointSpec& joint : result.joints) perturb_thermal(joint.law.pressure);
   return result;
 }
 
@@ -153,6 +159,18 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
                      options);
 }
 
+namespace {
+
+/// A clock shows the time of its row, and not the mean since the row before. @param means  (rows) h
+Eigen::VectorXd at_rows(const Eigen::VectorXd& time, const Eigen::VectorXd& means) {
+  Eigen::VectorXd hours = means;
+  for (Index i = 1; i < hours.size(); ++i) hours[i] += 0.5 * (time[i] - time[i - 1]) / core::units::hour;
+  if (hours.size() > 1) hours[0] = hours[1] - (time[1] - time[0]) / core::units::hour;
+  return hours;
+}
+
+}  // namespace
+
 Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
                         const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
   options.validate();
@@ -166,6 +184,7 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
     // The campaign's row i is the mean since output i - 1; a measurement's row holds until the next.
     Eigen::VectorXd held(times);
     for (Index i = 0; i < times; ++i) held[i] = values[std::min(i + 1, times - 1)];
+    if (name == mesh::time_of_day) held = at_rows(truth.sensors.values.col(0), values);
     MeasuredChannel channel;
     describe_input(name, channel);
     if (channel.kind == ChannelKind::temperature && options.sensor_noise_K > 0) {

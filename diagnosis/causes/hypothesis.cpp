@@ -88,13 +88,15 @@ double& field(mesh::SourceSpec& source, Kind kind) {
 }
 double& field(mesh::FilmSpec& film, Kind kind) {
   if (kind == Kind::film_speed_law) return film.speed_factor;
+  if (kind == Kind::film_emissivity) return film.emissivity.value;
   return kind == Kind::radiation_load ? film.radiation_load : film.coefficient.value;
 }
 double& field(mesh::AmbientSpec& ambient, Kind kind) {
   return kind == Kind::ambient_gradient ? ambient.gradient.value : ambient.offset;
 }
 double& field(mesh::JointSpec& joint, Kind kind) {
-  return kind == Kind::contact_conductance ? joint.conductance.value : joint.stiffness_normal.value;
+  if (kind == Kind::contact_pressure) return joint.law.pressure.value;
+  return kind == Kind::contact_stiffness ? joint.stiffness_normal.value : joint.conductance.value;
 }
 double& field(mesh::CoolantSpec& coolant, Kind kind) {
   if (kind == Kind::coolant_flow) return coolant.flow.value;
@@ -260,9 +262,17 @@ double changed_value(double in_file, const Parameter& parameter, double value) {
   return std::stod(fmt::format("{:.9g}", exact));
 }
 
-Machine with_parameter(const Machine& machine, const Parameter& parameter, double value) {
-  if (parameter.missing) return with_missing_source(machine, parameter, value);
-  Machine changed = machine;
+MachineInTime with_parameter(const MachineInTime& machine, const Parameter& parameter, double value) {
+  MachineInTime changed = machine;
+  if (parameter.missing) {
+    static_cast<Machine&>(changed) = with_missing_source(machine, parameter, value);
+    return changed;
+  }
+  if (is_step(parameter.kind) && std::isfinite(parameter.from_s)) {
+    machine_values(changed, parameter);  // there is such an item
+    changed.later.push_back({parameter.where, row_of(parameter.kind).target == Target::joint, value, parameter.from_s});
+    return changed;
+  }
   for (const MachineValue& place : machine_values(changed, parameter))
     *place.value = place.per_unit * changed_value(*place.value / place.per_unit, parameter, value);
   if (row_of(parameter.kind).target == Target::ambient && parameter.kind != Kind::ambient_gradient)
@@ -287,6 +297,7 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
     const double was = *place.value / place.per_unit;
     std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", name_of(parameter.kind),
                                       parameter.name, value, unit, std, unit, was);
+    if (is_step(parameter.kind)) comment += "; since " + step_in_words(parameter);
     if (!why.empty()) comment += "; " + why;
     text = changed_text(text, machine.path.string(), place, changed_value(was, parameter, value), comment);
   }

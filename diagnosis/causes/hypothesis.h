@@ -9,14 +9,15 @@
 #include <vector>
 
 #include "compensation/measurement/measurement.h"
+#include "diagnosis/causes/machine_in_time.h"
 #include "diagnosis/causes/parameter.h"
 #include "mesh/machine/machine.h"
 
 namespace thermotwin::diagnosis {
 
-/// @return the machine with the parameter at the value; its text is unchanged. A sensor's offset is that of the sensor
-///   which the channel reads. @throws InputError if there is no such item
-mesh::Machine with_parameter(const mesh::Machine& machine, const Parameter& parameter, double value);
+/// @return the machine with the parameter at the value; its text is unchanged. A step is a LaterFactor. A sensor's
+///   offset is that of the sensor which the channel reads. @throws InputError if there is no such item
+MachineInTime with_parameter(const MachineInTime& machine, const Parameter& parameter, double value);
 
 /// @return the text of machine.toml with the value changed and a comment with the reason; nothing else differs
 /// @throws InputError if the key is not found in the text

@@ -14,8 +14,10 @@ enum class Kind {
   source_speed_law,
   standstill_power,
   process_heat,
+  source_step,
   film_coefficient,
   film_speed_law,
+  film_emissivity,
   radiation_load,
   ambient_offset,
   ambient_gradient,
@@ -23,6 +25,8 @@ enum class Kind {
   cutting_fluid,
   contact_conductance,
   contact_stiffness,
+  contact_pressure,
+  contact_step,
   coolant_flow,
   coolant_coupling,
   coolant_inlet,
@@ -98,6 +102,8 @@ Kind kind_named(const std::string& name);
 
 inline bool adds_heat(Kind kind) { return row_of(kind).effect == Effect::heat; }
 inline bool needs_parts(Kind kind) { return row_of(kind).effect == Effect::part; }
+/// A value that holds from a time of the record on, Parameter::from_s.
+inline bool is_step(Kind kind) { return kind == Kind::source_step || kind == Kind::contact_step; }
 inline bool acts_in_time(Kind kind) { return row_of(kind).effect == Effect::timing; }
 inline bool acts_on_readings(Kind kind) { return row_of(kind).effect == Effect::readings || acts_in_time(kind); }
 

@@ -19,7 +19,27 @@ namespace {
 
 std::string source_id(const MissingSource& source) { return "missing." + source.surface.id + "." + source.follows; }
 
+mesh::PowerLaw law_of(const MissingSource& source, double power_W) {
+  if (source.daily) return law_of(*source.daily, power_W);
+  return {source.follows, {0.0, source.most}, {0.0, power_W * source.most / source.at}};
+}
+
+std::string listed(const std::vector<double>& numbers) {
+  std::vector<std::string> words;
+  for (const double number : numbers) words.push_back(fmt::format("{:.9g}", number));
+  return core::join(words);
+}
+
 }  // namespace
+
+double relative_power(const MissingSource& source, double value) {
+  if (!std::isfinite(value)) return 0.0;
+  return source.daily ? height(*source.daily, value) : std::abs(value) / source.at;
+}
+
+std::string follows_in_words(const MissingSource& source) {
+  return source.daily ? "the time of day, " + in_words(*source.daily) : source.follows;
+}
 
 double magnitude(const Observations& observations, int channel, Index step) {
   const double value = observations.rows(step, channel);
@@ -32,7 +52,7 @@ mesh::Machine with_missing_source(const mesh::Machine& machine, const Parameter&
   if (changed.surface_index(missing.surface.id) < 0) changed.surfaces.push_back(missing.surface);
   mesh::SourceSpec source;
   source.id = source_id(missing);
-  source.laws.push_back({missing.follows, {0.0, missing.most}, {0.0, power_W * missing.most / missing.at}});
+  source.laws.push_back(law_of(missing, power_W));
   source.places.emplace_back();
   source.places.back().surface = missing.surface.id;
   changed.sources.push_back(std::move(source));
@@ -54,16 +74,18 @@ std::string missing_source_text(const mesh::Machine& machine, const Parameter& p
   std::string id = source_id(missing);
   const std::string alike = missing.alike.empty() ? "" : " (or " + core::join(missing.alike, " or ") + ")";
   text += fmt::format(
-      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}{}, within {:.0f} mm "
+      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W {}{}, within {:.0f} mm "
       "of {}{}{}\nid = \"{}\"\n",
-      power_W, std_W, missing.follows, missing.at, alike, 1e3 * missing.region95, parameter.where,
-      why.empty() ? "" : "; ", why, id);
+      power_W, std_W,
+      missing.daily ? in_words(*missing.daily) : fmt::format("where {} = {:.6g}", missing.follows, missing.at), alike,
+      1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ", why, id);
   if (power_W > 0.0 && std_W > 0.0)
     text += fmt::format("scale = {{ value = 1.0, std_percent = {:.3g} }}\n", std::min(100.0, 100.0 * std_W / power_W));
+  const mesh::PowerLaw law = law_of(missing, power_W);
   return text + fmt::format(
-                    "law = [ {{ input = \"{}\", at = [0, {:.9g}], power_W = [0, {:.9g}] }} ]\nplace = [ {{ surface = "
+                    "law = [ {{ input = \"{}\", at = [{}], power_W = [{}] }} ]\nplace = [ {{ surface = "
                     "\"{}\" }} ]\n",
-                    missing.follows, missing.most, power_W * missing.most / missing.at, missing.surface.id);
+                    law.input, listed(law.at), listed(law.power), missing.surface.id);
 }
 
 core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& obs,
@@ -76,7 +98,7 @@ core::Table source_series(const MissingSource& source, double power_W, double st
   for (std::size_t k = 0; k < obs.each().size(); ++k) {
     const Observations& record = obs.each()[k];
     for (Index s = 0; s < record.rows.rows(); ++s) {
-      const double size = channel < 0 ? 1.0 : magnitude(record, channel, s) / source.at;
+      const double size = channel < 0 ? 1.0 : relative_power(source, record.rows(s, channel));
       auto row = table.values.row(record.offset.step + s);
       row.head<3>() << record.points[s + 1], size * power_W, size * std_W;
       if (row.size() > 3) row[3] = static_cast<double>(k + 1);

@@ -24,6 +24,13 @@ std::string missing_source_text(const mesh::Machine& machine, const Parameter& p
 core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& observations,
                           const mesh::Machine& machine);
 
+/// @return the power of a source over the power that is stated of it, where the input that it follows has a value
+double relative_power(const MissingSource& source, double value);
+
+/// @return the input that a source follows, as words: "spindle.speed_rpm", "the time of day, from 13:00 to 17:00 every
+///   day"
+std::string follows_in_words(const MissingSource& source);
+
 /// @return the absolute value of a channel in a step; 0 if it is unknown
 double magnitude(const Observations& observations, int channel, Eigen::Index step);
 

@@ -26,6 +26,7 @@ namespace {
 /// What a value is uncertain by at least, though the file states less: no machine is exact, and a
 /// coarse mesh makes a contact or a film worse by some percent.
 constexpr double least_source_std = 0.03, least_film_std = 0.05, least_contact_std = 0.10;
+constexpr double least_emissivity_std = 0.03, least_pressure_std = 0.05;
 constexpr double least_material_std = 0.01, least_stiffness_std = 0.15;
 constexpr double of_each_body = 0.5;      ///< of a shared material's stated spread: bodies come from several melts
 constexpr double least_offset_std = 0.1;  ///< K, air beside the structure against the channel
@@ -104,6 +105,10 @@ void add_films(const Machine& machine, std::vector<Parameter>& found) {
     const bool by_speed = film.kind == mesh::FilmKind::rotating_disc ||
                           (film.kind == mesh::FilmKind::table && is_speed(film.table.input));
     if (by_speed) found.push_back(ratio(Kind::film_speed_law, film.id, film.coefficient, least_film_std, 0.8));
+    if (film.emissivity.value > 0.0) {
+      found.push_back(ratio(Kind::film_emissivity, film.id, film.emissivity, least_emissivity_std, 0.5));
+      found.back().high = std::min(found.back().high, 1.0 / film.emissivity.value);
+    }
     // What shines on a wetted surface comes with the fluid's film.
     if (film.state.empty() && machine.volume_index(film.ambient) < 0)
       found.push_back(candidate(Kind::radiation_load, film.id, load_std_W_m2, 60.0));
@@ -303,6 +308,8 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   for (const mesh::JointSpec& joint : machine.joints) {
     if (joint.conductance.value > 0.0)
       found.push_back(ratio(Kind::contact_conductance, joint.id, joint.conductance, least_contact_std, 0.8));
+    if (joint.conductance.value > 0.0 && joint.law.pressure.value > 0.0)
+      found.push_back(ratio(Kind::contact_pressure, joint.id, joint.law.pressure, least_pressure_std, 0.6));
   }
   add_ambients(machine, measurement, found);
   add_coolants(machine, measurement, found);

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/causes/parameter.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/units.h"
+
 namespace thermotwin::diagnosis {
 
 Parameter make_parameter(Kind kind, const std::string& where) {
@@ -16,6 +22,12 @@ Parameter make_parameter(Kind kind, const std::string& where) {
   p.high = row.high;
   p.step = row.step;
   return p;
+}
+
+std::string step_in_words(const Parameter& parameter) {
+  if (!std::isfinite(parameter.from_s)) return "the start";
+  return fmt::format("{:.2f} +- {:.2g} h of the record", parameter.from_s / core::units::hour,
+                     parameter.from_std_s / core::units::hour);
 }
 
 std::string name_of(const Parameter& parameter) { return name_of(parameter.kind) + " of " + parameter.where; }

@@ -38,7 +38,7 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
     members.push_back(problem.parameters[i]);
     prior_std[i] = members.back().cause_std;
   }
-  const mesh::Machine base = with_parameters(problem.machine_around(machine, form.members), members, form.value);
+  const MachineInTime base = with_parameters(problem.machine_around(machine, form.members), members, form.value);
   const MatrixXd states = response.states(base);
   // Nuisances take what they can, whatever the reading.
   const MatrixXd scaled = form.columns * prior_std.asDiagonal();

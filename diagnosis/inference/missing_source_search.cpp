@@ -11,6 +11,7 @@
 #include <iterator>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "compensation/measurement/channel.h"
 #include "core/thread_pool.h"
@@ -18,7 +19,9 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/daily_window_search.h"
 #include "diagnosis/inference/model_search.h"
+#include "diagnosis/inference/patch_evidence.h"
 #include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
@@ -31,25 +34,23 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double prior_W = 100.0;      ///< what an unknown source may have
 constexpr double nominal_W = 0.02;     ///< what none has: nothing
 constexpr double stands_still = 1e-3;  ///< an input that varies by less of its largest value
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double changes_alike = 0.05;  ///< of their largest values: inputs that a record cannot tell apart
-constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
-constexpr Index most_combinations = 60;
 constexpr Index place_directions_kept = 3;
 /// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches
 /// beside it do: of the squared radius. Of the boxes alone four in five held the source (patches of 7 cm); set on 15
 /// sources among nine sensors, patches of 24 cm.
 constexpr double patch_resolution = 5.0;
-constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
 
 struct Followed {
   std::string channel;
   double at = 1, most = 1;
   VectorXd series;                 ///< (steps) relative to `at`
   std::vector<std::string> alike;  ///< other channels of nearly the same series
+  std::optional<DailyWindow> daily{};
+  double log_share = 0;  ///< of its prior
 };
 
 /// Largest value that the input can have; that seen where nothing says.
@@ -85,7 +86,7 @@ std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver
   for (const compensation::MeasuredChannel& measured : recorded_channels(records)) {
     using compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
-    if (channel < 0 || measured.input == "machine.on") continue;
+    if (channel < 0 || measured.input == "machine.on" || measured.input == mesh::time_of_day) continue;
     if (measured.kind != ChannelKind::speed && measured.kind != ChannelKind::power &&
         measured.kind != ChannelKind::state && measured.kind != ChannelKind::flow)
       continue;
@@ -104,113 +105,6 @@ std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver
           {measured.input, high, largest(machine, compensation::channel_named(measured.input), high), series, {}});
   }
   return found;
-}
-
-/// Few loads that carry what outputs see of all: loads times weights is the patches' heat.
-struct Combinations {
-  MatrixXd loads;    ///< (r x m)
-  MatrixXd weights;  ///< (m x patches)
-};
-
-/// @param patches  (r x patches)
-Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& patches, const MatrixXd& rows,
-                          const VectorXd& scale, const VectorXd& p) {
-  MatrixXd a = model.system.conduction;
-  for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * model.system.terms[j];
-  const Index outputs = rows.rows();
-  MatrixXd seen(outputs * std::ssize(shifts), patches.cols());
-  for (Index i = 0; i < std::ssize(shifts); ++i) {
-    seen.middleRows(outputs * i, outputs) =
-        scale.cwiseInverse().asDiagonal() * rows *
-        Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
-  }
-  // Right singular vectors by way of the left ones, which are fewer.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(seen * seen.transpose()));
-  const VectorXd& squares = eigen.eigenvalues();  // rising
-  const Index count = squares.size();
-  Index kept = 0;
-  while (kept < std::min(count, most_combinations) && squares[count - 1 - kept] > unseen * unseen * squares[count - 1])
-    ++kept;
-  const MatrixXd directions = seen.transpose() * eigen.eigenvectors().rightCols(kept) *
-                              squares.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
-  return {patches * directions, directions.transpose()};
-}
-
-double log_positive_share(double mean, double std) {
-  return std::log(std::max(std::erfc(-mean / (std * std::numbers::sqrt2)), 1e-12));
-}
-
-constexpr double spread_shares[] = {0.0, 0.5, 1.0};  ///< of a source's heat that enters beside its patch
-
-/// Each patch as it is (first), spread (second half), and between. (m x patches x shares)
-MatrixXd between(const MatrixXd& both) {
-  const Index patches = both.cols() / 2;
-  MatrixXd all(both.rows(), 0);
-  for (const double share : spread_shares) {
-    all.conservativeResize(Eigen::NoChange, all.cols() + patches);
-    all.rightCols(patches) = (1.0 - share) * both.leftCols(patches) + share * both.rightCols(patches);
-  }
-  return all;
-}
-
-/// Log of the mean over the shares, one row a patch.
-MatrixXd over_shares(const MatrixXd& evidence) {
-  const Index shares = std::ssize(spread_shares), patches = evidence.rows() / shares;
-  MatrixXd mean(patches, evidence.cols());
-  for (Index k = 0; k < patches; ++k) {
-    for (Index j = 0; j < mean.cols(); ++j) {
-      double top = evidence(k, j), sum = 0.0;
-      for (Index s = 1; s < shares; ++s) top = std::max(top, evidence(k + s * patches, j));
-      for (Index s = 0; s < shares; ++s) sum += std::exp(evidence(k + s * patches, j) - top);
-      mean(k, j) = top + std::log(sum / shares);
-    }
-  }
-  return mean;
-}
-
-/// The search's data: responses of all combinations to all inputs, white, and what nuisances take of them.
-struct SearchData {
-  MatrixXd white;      ///< (fitted x (combinations x inputs))
-  VectorXd residual;   ///< (fitted)
-  MatrixXd nuisances;  ///< (fitted x nuisances) in units of their prior
-  Eigen::LLT<MatrixXd> factor;
-
-  SearchData(const Problem& problem, const MatrixXd& responses) {
-    const Whitener whitener(problem.fitted_covariance());
-    nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
-    residual = whitener.whiten(problem.fitted(problem.measured - problem.predicted));
-    white = whitener.whiten(problem.fitted(responses));
-    MatrixXd precision = MatrixXd::Identity(nuisances.cols(), nuisances.cols());
-    precision.selfadjointView<Eigen::Lower>().rankUpdate(nuisances.transpose());
-    factor.compute(precision);
-  }
-  /// What nuisances take of columns of some rows: inner products are less by those of it. (nuisances x columns)
-  MatrixXd taken(const Eigen::Ref<const MatrixXd>& columns) const {
-    return factor.matrixL().solve(nuisances.transpose() * columns);
-  }
-};
-
-/// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
-MatrixXd all_evidence(const SearchData& seen, const MatrixXd& weights, Index inputs) {
-  const MatrixXd taken = seen.taken(seen.white);
-  const VectorXd taken_residual = seen.taken(seen.residual);
-  const Index m = weights.rows();
-  MatrixXd evidence(weights.cols(), inputs);
-  for (Index j = 0; j < inputs; ++j) {
-    const auto own = seen.white.middleCols(j * m, m), own_taken = taken.middleCols(j * m, m);
-    const MatrixXd gram = own.transpose() * own - own_taken.transpose() * own_taken;
-    const VectorXd product = own.transpose() * seen.residual - own_taken.transpose() * taken_residual;
-    for (Index k = 0; k < weights.cols(); ++k) {
-      const VectorXd z = weights.col(k);
-      const double square = prior_W * prior_W * std::max(0.0, z.dot(gram * z)),
-                   variance = prior_W * prior_W / (1.0 + square);
-      const double mean = variance * z.dot(product);
-      evidence(k, j) =
-          -0.5 * std::log1p(square) + 0.5 * mean * mean / variance + log_positive_share(mean, std::sqrt(variance));
-    }
-  }
-  return evidence;
 }
 
 /// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only
@@ -291,21 +185,6 @@ VectorXd blurred(const VectorXd& posterior, const std::vector<reduction::Patch>&
   return result;
 }
 
-void add_column(Problem& problem, const Parameter& parameter, const VectorXd& column) {
-  const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
-  problem.parameters.push_back(parameter);
-  problem.nominal.conservativeResize(at + 1);
-  problem.nominal[at] = parameter.nominal;
-  const MatrixXd behind = problem.columns.rightCols(rest);
-  const VectorXd std_behind = problem.prior_std.tail(rest);
-  problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
-  problem.prior_std.conservativeResize(at + 1 + rest);
-  problem.columns.col(at) = column;
-  problem.columns.rightCols(rest) = behind;
-  problem.prior_std[at] = parameter.nominal_std;
-  problem.prior_std.tail(rest) = std_behind;
-}
-
 /// Longest that the machine is in one state: its coefficients there.
 VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::ReducedModel& model,
                             const Observations& obs) {
@@ -319,6 +198,20 @@ VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::Reduc
   return mean / count;
 }
 
+/// Where the record states the time of day, the part of the day that a source fits best is an input beside the others.
+void add_daily(const Problem& problem, const Response& response, const MachineInTime& base,
+               const solver::Channels& channels, const Combinations& heat, std::vector<Followed>& inputs) {
+  const int hour = channels.index(mesh::time_of_day);
+  if (hour < 0 || !problem.observations.rows.col(hour).array().isFinite().any()) return;
+  const std::optional<DailySource> daily =
+      find_daily_source(problem, response, base, problem.observations.rows.col(hour), heat);
+  if (!daily) return;
+  Followed input{mesh::time_of_day, 1, 1, daily->series, {}};
+  input.daily = daily->window;
+  input.log_share = daily->log_share;
+  inputs.push_back(std::move(input));
+}
+
 }  // namespace
 
 void add_missing_sources(Problem& problem, const Response& response, const reduction::ReducedModel& model,
@@ -328,13 +221,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   const mesh::Machine& machine = model.machine;
   const Observations& obs = problem.observations;
   const solver::Channels channels(machine);
-  const std::vector<Followed> inputs = followed_inputs(machine, channels, records, obs);
-  MatrixXd series(obs.rows.rows(), std::ssize(inputs));
-  std::size_t all_inputs = 0;
-  for (Index j = 0; j < series.cols(); ++j) {
-    series.col(j) = inputs[j].series;
-    all_inputs += 1 + inputs[j].alike.size();
-  }
+  std::vector<Followed> inputs = followed_inputs(machine, channels, records, obs);
   VectorXd scale(std::ssize(obs.channels));
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     scale[k] = problem.expected_std.segment(problem.first_row(k), obs.channels[k].size()).mean();
@@ -342,8 +229,16 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
   const Combinations heat =
       combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
-  const mesh::Machine base = problem.machine_around(machine, {});
-  const MatrixXd responses = response.to_heat(base, heat.loads, series), weights = between(heat.weights);
+  const MachineInTime base = problem.machine_around(machine, {});
+  const MatrixXd weights = between(heat.weights);
+  add_daily(problem, response, base, channels, {heat.loads, weights}, inputs);
+  MatrixXd series(obs.rows.rows(), std::ssize(inputs));
+  std::size_t all_inputs = 0;
+  for (Index j = 0; j < series.cols(); ++j) {
+    series.col(j) = inputs[j].series;
+    all_inputs += 1 + inputs[j].alike.size();
+  }
+  const MatrixXd responses = response.to_heat(base, heat.loads, series);
   const SearchData seen(problem, responses);
   const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()),
                  evidence = over_shares(every);
@@ -367,23 +262,32 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     source->at = input.at;
     source->most = input.most;
     source->alike = input.alike;
+    source->daily = input.daily;
     place((places.array() - total).exp(), patches, *source);
     Parameter p = make_parameter(Kind::source_missing,
                                  fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
                                              1e3 * source->centre.y(), 1e3 * source->centre.z()));
     p.nominal_std = nominal_W;
-    p.cause_std = prior_W;
-    p.prior_share = std::exp(total - top) * (1.0 + input.alike.size()) / (all_inputs * evidence.rows());
+    p.cause_std = prior_source_W;
+    p.prior_share =
+        std::exp(input.log_share + total - top) * (1.0 + input.alike.size()) / (all_inputs * evidence.rows());
     p.missing = std::move(source);
     found.push_back(std::move(p));
     const VectorXd posterior = (every.col(j).array() - total).exp() / shares;
     freedom.push_back(responses.middleCols(j * m, m) *
                       place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
+    if (input.daily) {
+      const MatrixXd courses = course_freedom(*input.daily, obs.rows.col(channels.index(mesh::time_of_day)));
+      MatrixXd& all = freedom.back();
+      const Index before = all.cols();
+      all.conservativeResize(Eigen::NoChange, before + courses.cols());
+      all.rightCols(courses.cols()) = response.to_heat(base, heat.loads * weights.col(k), courses);
+    }
   }
   const MatrixXd columns = response.linearise(base, found, VectorXd::Zero(std::ssize(found)), false).sensitivity;
   for (std::size_t i = 0; i < found.size(); ++i) {
     problem.place_freedom[problem.parameters.size()] = std::move(freedom[i]);
-    add_column(problem, found[i], columns.col(i));
+    add_parameter(problem, found[i], columns.col(i));
   }
 }
 

@@ -287,7 +287,7 @@ void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResul
   std::vector<double> logs = {std::log(of.options.prior_unknown) + result.log_evidence_unknown};
   for (const Hypothesis& h : result.hypotheses) logs.push_back(h.log_prior + h.log_evidence);
   for (const auto& [h, log] : leftovers) logs.push_back(log);
-  const double normal = log_sum(logs);
+  const double normal = result.log_normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
   result.marginal = VectorXd::Zero(std::ssize(of.problem.parameters));
   double most_beside = 0.0;
@@ -316,6 +316,7 @@ void SearchOptions::validate() const {
                                     {"prior_single", prior_single},
                                     {"prior_pair", prior_pair},
                                     {"prior_unknown", prior_unknown},
+                                    {"prior_law", prior_law},
                                     {"prior_leftover", prior_leftover},
                                     {"evidence_share", evidence_share}})
     core::require_option(share > 0 && share <= 1, std::string("search ") + name, share, "above 0, at most 1");
@@ -325,6 +326,25 @@ void SearchOptions::validate() const {
                                     {"most_refined_pairs", most_refined_pairs}})
     core::require_option(count >= 1, std::string("search ") + name, count, "1 or more");
   core::require_option(pair_margin >= 0, "search pair_margin", pair_margin, "a number of nats, not negative");
+}
+
+void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOptions& options) {
+  if (laws.empty()) return;
+  double all = 1.0;
+  for (ChangingLaw& law : laws) {
+    law.probability =
+        std::exp(std::min(std::log(options.prior_law / laws.size()) + law.log_evidence - found.log_normal, 500.0));
+    all += law.probability;
+  }
+  for (ChangingLaw& law : laws) law.probability /= all;
+  found.probability_none /= all;
+  found.probability_unknown /= all;
+  found.probability_leftover /= all;
+  found.marginal /= all;
+  for (Hypothesis& h : found.hypotheses) h.probability /= all;
+  std::stable_sort(laws.begin(), laws.end(),
+                   [](const ChangingLaw& a, const ChangingLaw& b) { return a.probability > b.probability; });
+  found.laws = std::move(laws);
 }
 
 const Hypothesis* SearchResult::single(int parameter) const {

@@ -16,7 +16,7 @@
 namespace thermotwin::diagnosis {
 
 struct SearchOptions {
-  double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05;
+  double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05, prior_law = 0.03;
   double prior_leftover = 0.1;  ///< that a cause leaves something unknown beside it
   /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
   /// poses alike), while the covariance takes them for independent; on clean virtual measurements
@@ -30,12 +30,20 @@ struct SearchOptions {
   void validate() const;  ///< @throws InputError
 };
 
+/// A source or joint whose size is another one in each of some intervals of the record: `other_law`.
+struct ChangingLaw {
+  int parameter = -1;  ///< its power or conductance
+  double log_evidence = 0, probability = 0;
+};
+
 struct SearchResult {
   std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
   Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
   double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
   double probability_leftover = 0;  ///< of a cause with something unknown beside it; part of unknown's
   double log_evidence_beside = 0;   ///< of the most probable of these causes or pairs, without the unknown
+  std::vector<ChangingLaw> laws;    ///< most probable first
+  double log_normal = 0;            ///< of the sum of prior times evidence of all but the laws
   int unknown_channel = -1;         ///< the one that something unknown is best seen in; -1: several
   std::vector<int> invisible;       ///< parameters that this measurement cannot show
   double chi_square_none = 0;       ///< of the fitted part, no cause
@@ -44,6 +52,9 @@ struct SearchResult {
   /// The hypothesis of this single cause; nullptr if it is invisible.
   const Hypothesis* single(int parameter) const;
 };
+
+/// Laws compete with what was found: all probabilities are less by theirs.
+void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOptions& options = {});
 
 SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
                     const SearchOptions& options = {});

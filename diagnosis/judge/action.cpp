@@ -89,6 +89,11 @@ std::string source_action(const RankedCause& cause, const mesh::Machine& machine
     case Kind::process_heat:
       return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times as stated.", where,
                          cause.value);
+    case Kind::source_step:
+      return fmt::format(
+          "Ask what was done to {} (re-lubrication, a new bearing, another preload): since {} its heat is {:.2g} times "
+          "as stated.",
+          where, step_in_words(p), cause.value);
     default:
       return fmt::format(
           "Check the power of {}: its heat is {:.2g} times as stated. Measure the drive's power, and feel "
@@ -102,6 +107,9 @@ std::string film_action(const RankedCause& cause, const mesh::Machine& machine) 
   std::string where = p.where;
   for (const mesh::FilmSpec& film : machine.films)
     if (film.id == p.where) where += surfaces_in_words(film.surfaces);
+  if (p.kind == Kind::film_emissivity)
+    return fmt::format("Check paint, polish and covers of {}: its emissivity is {:.2g} times as stated.", where,
+                       cause.value);
   if (p.kind == Kind::radiation_load)
     return fmt::format("Look for sun, a heater or a cold wall facing {}: about {:.3g} W/m2 arrive there.", where,
                        cause.value);
@@ -201,6 +209,12 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
     case Kind::contact_conductance:
       return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
                          p.where, cause.value);
+    case Kind::contact_pressure:
+      return fmt::format("Check the preload of {}: its contact pressure is {:.2g} times as stated.", p.where,
+                         cause.value);
+    case Kind::contact_step:
+      return fmt::format("Check {} for lost preload and loose bolts: since {} it conducts {:.2g} times as stated.",
+                         p.where, step_in_words(p), cause.value);
     case Kind::contact_stiffness:
       return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times as stated.", p.where,
                          cause.value);
@@ -234,10 +248,11 @@ std::string place_in_words(const std::string& body, const Vector3d& at, const re
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model) {
   const Parameter& p = cause.parameter;
   if (p.missing) {
-    const std::string action =
-        fmt::format("Look at {}: about {:.2g} W {} there in proportion to {}.",
-                    place_in_words(p.missing->body, p.missing->centre, model), std::abs(cause.value),
-                    cause.value < 0 ? "leave" : "enter", p.missing->follows);
+    const std::string action = fmt::format(
+        "Look at {}: about {:.2g} W {} there {}.", place_in_words(p.missing->body, p.missing->centre, model),
+        std::abs(cause.value), cause.value < 0 ? "leave" : "enter",
+        p.missing->daily ? in_words(*p.missing->daily) + " (sun, heating, a shift, a neighbour)"
+                         : "in proportion to " + p.missing->follows);
     if (p.missing->alike.empty()) return action;
     return action + fmt::format(
                         " In this record {} changed with it, so each of them may be the one that heats: run them "

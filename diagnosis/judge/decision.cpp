@@ -78,6 +78,12 @@ RankedCause something_unknown(const SearchResult& found) {
   return no_parameter(Kind::unknown, found.probability_unknown, found.log_evidence_unknown);
 }
 
+RankedCause other_law(const Problem& problem, const ChangingLaw& law) {
+  RankedCause cause = no_parameter(Kind::other_law, law.probability, law.log_evidence);
+  cause.parameter.where = problem.parameters[law.parameter].where;
+  return cause;
+}
+
 /// A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is
 /// wrong with one reading can as well be a part of something unknown in it: it has to say more than that alone.
 bool named_beside_unknown(const RankedCause& cause, const SearchResult& found) {
@@ -130,6 +136,11 @@ std::vector<Explanation> explanations_of(const Problem& problem, const SearchRes
                     h.log_evidence},
                    &h.members});
   }
+  for (const ChangingLaw& law : found.laws) {
+    all.push_back({{name_of(Kind::other_law) + " of " + problem.parameters[law.parameter].where, law.probability,
+                    law.log_evidence},
+                   nullptr});
+  }
   all.push_back(
       {{"something unknown, alone or beside a cause", found.probability_unknown, found.log_evidence_unknown}, nullptr});
   std::stable_sort(all.begin(), all.end(),
@@ -163,6 +174,8 @@ std::vector<RankedCause> rank(const Problem& problem, const SearchResult& found,
   std::vector<RankedCause> causes = out.ranking;
   out.ranking.push_back(no_parameter(Kind::none, found.probability_none, 0.0));
   out.ranking.push_back(something_unknown(found));
+  for (const ChangingLaw& law : found.laws)
+    if (law.probability >= least_in_set) out.ranking.push_back(other_law(problem, law));
   out.explanations = explanations_of(problem, found);
   sort_by_lead(out.ranking);
   sort_by_lead(causes);
@@ -237,6 +250,19 @@ void decide_among(const Problem& problem, const std::vector<RankedCause>& causes
   }
 }
 
+/// Sources and joints one of which changes in the course of the record, and something unknown.
+void share_among_laws(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  out.verdict = Verdict::ambiguous;
+  double all = 0.0, sum = 0.0;
+  for (const ChangingLaw& law : found.laws) all += law.probability;
+  for (const ChangingLaw& law : found.laws) {
+    if (sum >= set_holds * all) break;
+    sum += law.probability;
+    out.ambiguous_set.push_back(other_law(problem, law));
+  }
+  out.ambiguous_set.push_back(something_unknown(found));
+}
+
 /// None is likely enough to stay, and so is a cause: the record does not tell which.
 void share_with_none(const RankedCause& cause, const SearchResult& found, Diagnosis& out) {
   out.verdict = Verdict::ambiguous;
@@ -260,7 +286,11 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   const bool more_than_stated =
       !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
   const bool unknown_likely = found.probability_unknown >= 0.5;
-  if (found.probability_none > none_left && !no_cause_left && causes.front().probability >= likely)
+  double laws = 0.0;
+  for (const ChangingLaw& law : found.laws) laws += law.probability;
+  if (found.probability_none <= none_left && laws >= likely)
+    share_among_laws(problem, found, out);
+  else if (found.probability_none > none_left && !no_cause_left && causes.front().probability >= likely)
     share_with_none(causes.front(), found, out);
   else if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
     out.verdict = Verdict::no_discrepancy;

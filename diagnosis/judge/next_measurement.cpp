@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "core/thread_pool.h"
 #include "core/units.h"
@@ -15,6 +16,7 @@
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
 #include "mesh/machine/kinematics.h"
+#include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
 
@@ -65,7 +67,8 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
 }
 
 /// A program as if it had been measured, without a channel.
-Observations planned(const solver::LoadProgram& program) {
+/// @param channels  of the machine; it may know the time of day
+Observations planned(const solver::LoadProgram& program, Index channels) {
   Observations plan;
   const std::vector<double> ends = program.step_ends(coarser);
   plan.points.resize(std::ssize(ends) + 1);
@@ -74,8 +77,8 @@ Observations planned(const solver::LoadProgram& program) {
     const Index at = i;
     plan.points[at + 1] = ends[i];
     const Eigen::VectorXd row = program.row(plan.points[at], ends[i]);
-    if (i == 0) plan.rows.resize(std::ssize(ends), row.size());
-    plan.rows.row(at) = row.transpose();
+    if (i == 0) plan.rows.setConstant(std::ssize(ends), std::max(channels, row.size()), solver::not_given);
+    plan.rows.row(at).head(row.size()) = row.transpose();
   }
   plan.end = ends.back();
   plan.start_C = program.initial_C();
@@ -167,7 +170,11 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     std::vector<MatrixXd> seen(rivals.size());
     core::parallel_for(0, rivals.size(), [&](std::size_t i) {
       const Parameter& p = rivals[i].parameter;
-      seen[i] = response.elsewhere(p.name.empty() ? machine : with_parameter(machine, p, rivals[i].value), poses);
+      MachineInTime rival = p.name.empty() ? MachineInTime(machine) : with_parameter(machine, p, rivals[i].value);
+      // Another program comes after the record, and after its steps.
+      if (!own)
+        for (LaterFactor& later : rival.later) later.from_s = std::numeric_limits<double>::lowest();
+      seen[i] = response.elsewhere(rival, poses);
     });
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
@@ -194,7 +201,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
-  for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
+  for (const solver::LoadProgram& program : programs)
+    consider(planned(program, solver::Channels(machine).size()), program.name(), false);
   if (best >= tells_apart) return next;
   next = {};
   next.why = fmt::format(

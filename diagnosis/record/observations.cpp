@@ -12,6 +12,7 @@
 #include "compensation/measurement/measurement_check.h"
 #include "compensation/measurement/stretch.h"
 #include "core/error.h"
+#include "core/interpolation.h"
 #include "core/range.h"
 #include "core/statistics.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -31,11 +32,12 @@ namespace {
 
 constexpr double unchanged = 5e-3;  ///< relative: speeds and positions that count as standing still
 
-/// Powers and temperatures enter linearly and may be averaged; speeds, positions and states may not.
+/// Powers and temperatures enter linearly and may be averaged, and so may times; speeds, positions and states may not.
 std::vector<bool> averageable(const std::vector<Channel>& channels) {
   std::vector<bool> result;
   for (const Channel& channel : channels)
-    result.push_back(channel.quantity == Quantity::temperature || channel.quantity == Quantity::power);
+    result.push_back(channel.quantity == Quantity::temperature || channel.quantity == Quantity::power ||
+                     channel.quantity == Quantity::hour);
   return result;
 }
 
@@ -119,7 +121,8 @@ std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const std::ve
   std::vector<Watched> watched;
   for (Index c = 0; c < rows.cols(); ++c) {
     const Quantity quantity = channels[c].quantity;
-    if (quantity == Quantity::temperature || quantity == Quantity::position || quantity == Quantity::range)
+    if (quantity == Quantity::temperature || quantity == Quantity::position || quantity == Quantity::range ||
+        quantity == Quantity::hour)
       continue;  // wander, or are elsewhere in every row
     double largest = 0.0;
     for (const double value : rows.col(c))
@@ -170,6 +173,17 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
   out.points = Eigen::Map<Eigen::VectorXd>(points.data(), std::ssize(points));
   out.rows.resize(std::ssize(means), rows.cols());
   for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[i];
+}
+
+/// The time of day runs on between rows and through a pause: that of a step is that of its middle.
+void set_hours(const Eigen::VectorXd& time, const Eigen::VectorXd& hours, Index channel, Observations& out) {
+  if (!hours.array().isFinite().all()) return;
+  for (Index s = 0; s < out.rows.rows(); ++s) {
+    const double hour = core::linear_at(time, hours, 0.5 * (out.points[s] + out.points[s + 1]));
+    out.rows(s, channel) = hour;
+    if (const auto mixed = out.mixed.find(s); mixed != out.mixed.end())
+      for (Observations::Part& part : mixed->second) part.row[channel] = hour;
+  }
 }
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap,
@@ -382,6 +396,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   make_steps(input_times(time, rows, watched, average, options.changes, measurement.rows_at_changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
+  if (const int hour = channels.index(mesh::time_of_day); hour >= 0) set_hours(time, rows.col(hour), hour, out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();

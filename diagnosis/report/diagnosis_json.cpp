@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
 
 namespace thermotwin::diagnosis {
@@ -23,12 +24,20 @@ Json named(const RankedCause& cause, std::size_t number) {
   json["probability"] = cause.probability;
   json["parameters"] = {
       {cause.parameter.name, {{"value", cause.value}, {"std", cause.std}, {"unit", cause.parameter.unit}}}};
+  if (is_step(cause.parameter.kind)) {
+    json["since_h"] = {{"value", cause.parameter.from_s / core::units::hour},
+                       {"std", cause.parameter.from_std_s / core::units::hour}};
+  }
   if (const auto& missing = cause.parameter.missing) {
     const Eigen::Vector3d mm = 1e3 * missing->centre;
     json["location"] = {
         {"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
     json["series"] = series_file(number);
     json["follows"] = missing->follows;
+    if (const auto& daily = missing->daily) {
+      const auto hour = [](double h) { return mesh::at_input(mesh::TableInput::hour, h); };
+      json["hours_of_day"] = {hour(daily->from_h), hour(daily->to_h)};
+    }
     if (!missing->alike.empty()) json["follows_or"] = missing->alike;
   }
   return json;

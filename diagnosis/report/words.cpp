@@ -13,6 +13,7 @@
 #include "compensation/measurement/channel.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/decision.h"
@@ -59,10 +60,11 @@ std::string in_words(const RankedCause& cause) {
   if (p.name.empty()) return "an unknown cause";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =
-      p.missing ? fmt::format(", follows {}{}, 95 % within {:.0f} mm", p.missing->follows,
-                              p.missing->alike.empty() ? "" : " or " + core::join(p.missing->alike, " or "),
-                              1e3 * p.missing->region95)
-                : "";
+      is_step(p.kind) ? ", since " + step_in_words(p)
+      : p.missing     ? fmt::format(", follows {}{}, 95 % within {:.0f} mm", follows_in_words(*p.missing),
+                                p.missing->alike.empty() ? "" : " or " + core::join(p.missing->alike, " or "),
+                                    1e3 * p.missing->region95)
+                      : "";
   return fmt::format("{} ({} {:.4g} +- {:.2g}{}{})", name_of(p), p.name, cause.value, cause.std, unit, more);
 }
 
@@ -120,6 +122,17 @@ std::string sentence_of(const Diagnosis& d) {
         "Ambiguous: {} lies within its stated uncertainty or that of its estimate. It nevertheless explains a residual "
         "that the stated uncertainty alone does not; an unknown cause there is possible.",
         in_words(d.causes.front()));
+  }
+  if (d.verdict == Verdict::ambiguous && d.causes.empty() &&
+      d.ambiguous_set.front().parameter.kind == Kind::other_law) {
+    std::vector<std::string> places;
+    for (const RankedCause& cause : d.ambiguous_set) {
+      if (cause.parameter.kind == Kind::other_law)
+        places.push_back(fmt::format("{} (probability {:.2f})", cause.parameter.where, cause.probability));
+    }
+    return fmt::format(
+        "Ambiguous: the size of {} changes in the course of the record, by a law that machine.toml does not have.",
+        core::join(places, " or of "));
   }
   if (!d.strained.empty()) {
     std::vector<RankedCause> beside = d.ambiguous_set;

@@ -168,14 +168,31 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
 /// ln of the Bayes factor at which two causes are told apart: that of what counts as identifiable.
 constexpr double told_apart = 5.0;
 
-/// A material that the record does not tell from one of its bodies is no cause beside it, but stays as uncertain as it
-/// is: the other bodies show nothing of it.
-void drop_materials_like_a_body(const mesh::Machine& machine, Problem& problem) {
+struct Simpler {
+  Kind kind;
+  std::string where;
+};
+/// Simpler causes whose effect a parameter may have in a record: a material's in one of its bodies, an emissivity's as
+/// its film, a pressure's as its contact.
+std::vector<Simpler> simpler_causes(const mesh::Machine& machine, const Parameter& parameter) {
+  if (parameter.kind == Kind::film_emissivity) return {{Kind::film_coefficient, parameter.where}};
+  if (parameter.kind == Kind::contact_pressure) return {{Kind::contact_conductance, parameter.where}};
+  std::vector<Simpler> bodies;
+  if (row_of(parameter.kind).target != Target::body || machine.body_index(parameter.where) >= 0) return bodies;
+  for (const mesh::BodySpec* body : bodies_of_material(machine, parameter.where))
+    bodies.push_back({parameter.kind, body->id});
+  return bodies;
+}
+
+/// A parameter that the record does not tell from a simpler cause is no cause beside it, but stays as uncertain as it
+/// is: the other bodies of a material show nothing of it.
+void drop_causes_like_simpler_ones(const mesh::Machine& machine, Problem& problem) {
   const Whitener whitener(problem.fitted_covariance());
   Eigen::MatrixXd nuisances;  // white, in units of their prior
   Eigen::LLT<Eigen::MatrixXd> factor;
-  for (Parameter& material : problem.parameters) {
-    if (row_of(material.kind).target != Target::body || machine.body_index(material.where) >= 0) continue;
+  for (Parameter& broad : problem.parameters) {
+    const std::vector<Simpler> simpler = simpler_causes(machine, broad);
+    if (simpler.empty()) continue;
     if (nuisances.size() == 0) {
       nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
       factor.compute(Eigen::MatrixXd::Identity(nuisances.cols(), nuisances.cols()) + nuisances.transpose() * nuisances);
@@ -187,21 +204,21 @@ void drop_materials_like_a_body(const mesh::Machine& machine, Problem& problem) 
       const Eigen::VectorXd taken = factor.solve(nuisances.transpose() * right);
       return left.dot(right) - (nuisances.transpose() * left).dot(taken);
     };
-    const Index own = &material - problem.parameters.data();
+    const Index own = &broad - problem.parameters.data();
     const auto log_evidence = [&](Index cause) {
       const Parameter& p = problem.parameters[cause];
       const double width = p.cause_std * p.cause_std - problem.prior_std[cause] * problem.prior_std[cause],
-                   square = width * product(cause, cause), seen = product(cause, own) * material.cause_std;
+                   square = width * product(cause, cause), seen = product(cause, own) * broad.cause_std;
       return 0.5 * (width * seen * seen / (1.0 + square) - std::log1p(square));
     };
-    const double of_material = log_evidence(own);
-    for (const mesh::BodySpec* body : bodies_of_material(machine, material.where)) {
+    const double of_broad = log_evidence(own);
+    for (const Simpler& place : simpler) {
       const auto same = std::find_if(problem.parameters.begin(), problem.parameters.end(), [&](const Parameter& p) {
-        return p.kind == material.kind && p.where == body->id;
+        return p.kind == place.kind && p.where == place.where;
       });
       if (same == problem.parameters.end()) continue;
-      if (of_material < log_evidence(same - problem.parameters.begin()) + told_apart) {
-        material.cause_std = material.nominal_std;
+      if (of_broad < log_evidence(same - problem.parameters.begin()) + told_apart) {
+        broad.cause_std = broad.nominal_std;
         break;
       }
     }
@@ -238,7 +255,7 @@ std::vector<ChannelCovariance> Problem::fitted_covariance() const {
   return result;
 }
 
-mesh::Machine Problem::machine_around(const mesh::Machine& machine, const std::vector<int>& but) const {
+MachineInTime Problem::machine_around(const mesh::Machine& machine, const std::vector<int>& but) const {
   std::vector<Parameter> moved;
   std::vector<double> values;
   for (Index i = 0; i < around.size(); ++i) {
@@ -316,8 +333,23 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
   problem.expected_std = problem.expected_std.cwiseSqrt();
-  drop_materials_like_a_body(machine, problem);
+  drop_causes_like_simpler_ones(machine, problem);
   return problem;
+}
+
+void add_parameter(Problem& problem, const Parameter& parameter, const Eigen::VectorXd& column) {
+  const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
+  problem.parameters.push_back(parameter);
+  problem.nominal.conservativeResize(at + 1);
+  problem.nominal[at] = parameter.nominal;
+  const Eigen::MatrixXd behind = problem.columns.rightCols(rest);
+  const Eigen::VectorXd std_behind = problem.prior_std.tail(rest);
+  problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
+  problem.prior_std.conservativeResize(at + 1 + rest);
+  problem.columns.col(at) = column;
+  problem.columns.rightCols(rest) = behind;
+  problem.prior_std[at] = parameter.nominal_std;
+  problem.prior_std.tail(rest) = std_behind;
 }
 
 }  // namespace thermotwin::diagnosis

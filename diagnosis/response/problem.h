@@ -41,7 +41,7 @@ struct Problem {
   /// @return the first observation of a channel
   Eigen::Index first_row(std::size_t channel) const;
   /// @return the machine with all parameters at the point of linearisation, except those of `but`
-  mesh::Machine machine_around(const mesh::Machine& machine, const std::vector<int>& but) const;
+  MachineInTime machine_around(const mesh::Machine& machine, const std::vector<int>& but) const;
   /// @return change of the prediction by these parameters, (observations)
   Eigen::VectorXd moved_around(const std::vector<int>& but) const;
 };
@@ -58,5 +58,8 @@ inline Problem make_problem(const mesh::Machine& machine, const compensation::Me
                             const Eigen::VectorXd& around = {}) {
   return make_problem(machine, Records(&measurement, 1), std::move(observations), response, options, around);
 }
+
+/// Adds a cause that was found after the problem was made. @param column  (observations) per unit
+void add_parameter(Problem& problem, const Parameter& parameter, const Eigen::VectorXd& column);
 
 }  // namespace thermotwin::diagnosis

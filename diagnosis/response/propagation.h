@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "diagnosis/causes/machine_in_time.h"
 #include "diagnosis/record/observations.h"
 #include "reduction/model/reduced_model.h"
 
@@ -23,7 +24,7 @@ struct Disturbance {
 
 /// A machine beside the one that is run; what differs in matrices, empty where nothing does.
 struct Variant {
-  mesh::Machine machine;
+  MachineInTime machine;
   double start_K = 0;  ///< added to the uniform start
   double step = 1;     ///< of the parameter, divides the result
   std::optional<Disturbance> disturbance{};
@@ -36,7 +37,7 @@ struct Variant {
 struct Nominal {
   const reduction::ReducedModel& model;
   const Observations& observations;
-  const mesh::Machine& machine;
+  const MachineInTime& machine;
   const Eigen::MatrixXd &rows, &capacity;  ///< (outputs x r), (r x r) of this machine
 };
 

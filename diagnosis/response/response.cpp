@@ -78,9 +78,9 @@ MatrixXd blocks(const std::vector<MatrixXd>& parts) {
 
 }  // namespace
 
-mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+MachineInTime with_parameters(const MachineInTime& base, const std::vector<Parameter>& parameters,
                               const VectorXd& values) {
-  mesh::Machine machine = base;
+  MachineInTime machine = base;
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (values[i] != parameters[i].nominal) machine = with_parameter(machine, parameters[i], values[i]);
   return machine;
@@ -203,7 +203,7 @@ MatrixXd Response::capacity_of(const mesh::Machine& machine) const {
   return capacity;
 }
 
-std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Variant>& variants,
+std::vector<MatrixXd> Response::run(const MachineInTime& machine, std::vector<Variant>& variants,
                                     const Rows& all_rows) const {
   const PartChanges here = part_changes(model_.machine, machine);
   const MatrixXd rows = rows_of(all_rows, here), capacity = capacity_of(machine);
@@ -218,7 +218,7 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Va
   return propagate({model_, observations_, machine, rows, capacity}, variants);
 }
 
-MatrixXd Response::to_heat(const mesh::Machine& machine, const MatrixXd& loads, const MatrixXd& series) const {
+MatrixXd Response::to_heat(const MachineInTime& machine, const MatrixXd& loads, const MatrixXd& series) const {
   if (!each_.empty()) {
     return below(each_, [&](const Response& one) {
       const Observations& record = one.observations_;
@@ -266,9 +266,9 @@ VectorXd Response::stack(const MatrixXd& at_points) const {
   return all;
 }
 
-MatrixXd Response::at_points(const mesh::Machine& machine) const { return records(machine, states(machine)); }
+MatrixXd Response::at_points(const MachineInTime& machine) const { return records(machine, states(machine)); }
 
-MatrixXd Response::states(const mesh::Machine& machine) const {
+MatrixXd Response::states(const MachineInTime& machine) const {
   if (!each_.empty()) return below(each_, [&](const Response& one) { return one.states(machine); });
   std::vector<Variant> none;
   return run(machine, none, rows_).front();
@@ -286,9 +286,9 @@ VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) co
   return stack(records(machine, states));
 }
 
-VectorXd Response::predict(const mesh::Machine& machine) const { return read(machine, states(machine)); }
+VectorXd Response::predict(const MachineInTime& machine) const { return read(machine, states(machine)); }
 
-Response::Linear Response::linearise_each(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+Response::Linear Response::linearise_each(const MachineInTime& base, const std::vector<Parameter>& parameters,
                                           const VectorXd& values, bool with_record,
                                           const std::vector<Disturbance>& disturbances, bool with_spread) const {
   std::vector<Linear> linear;
@@ -313,13 +313,13 @@ Response::Linear Response::linearise_each(const mesh::Machine& base, const std::
   return all;
 }
 
-Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+Response::Linear Response::linearise(const MachineInTime& base, const std::vector<Parameter>& parameters,
                                      const VectorXd& values, bool with_record,
                                      const std::vector<Disturbance>& disturbances, bool with_spread) const {
   const Index count = std::ssize(parameters);
   assert(values.size() == count);
   if (!each_.empty()) return linearise_each(base, parameters, values, with_record, disturbances, with_spread);
-  const mesh::Machine machine = with_parameters(base, parameters, values);
+  const MachineInTime machine = with_parameters(base, parameters, values);
   std::vector<Variant> variants;
   struct Reading {
     mesh::Machine above, below;
@@ -403,7 +403,7 @@ MatrixXd Response::spread_heat() const {
   return system.capacity * Eigen::PartialPivLU<MatrixXd>(system.capacity + spread_s * system.conduction).inverse();
 }
 
-MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
+MatrixXd Response::elsewhere(const MachineInTime& machine, const std::vector<mesh::Pose>& poses) const {
   if (!each_.empty()) return below(each_, [&](const Response& one) { return one.elsewhere(machine, poses); });
   const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
   MatrixXd rows(sensors + 3 * std::ssize(poses), r);

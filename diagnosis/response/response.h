@@ -26,7 +26,7 @@
 namespace thermotwin::diagnosis {
 
 /// The base machine with some parameters at values.
-mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+MachineInTime with_parameters(const MachineInTime& base, const std::vector<Parameter>& parameters,
                               const Eigen::VectorXd& values);
 
 inline constexpr double even_start_K = 0.3;  ///< first readings that differ by less begin from one temperature
@@ -62,7 +62,7 @@ public:
   /// @param base        machine that the parameters change
   /// @param parameters, values  where it is linearised: each parameter at its value
   /// @param with_record  what the record leaves open too: the start, and when its inputs changed
-  Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+  Linear linearise(const MachineInTime& base, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                    bool with_record, const std::vector<Disturbance>& disturbances = {}, bool with_spread = false) const;
   /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
   /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
@@ -71,22 +71,22 @@ public:
   /// and more, the slowest first, each of 1 K in the mean of squares over the heat capacity. (r x modes); none where
   /// the first readings agree
   Eigen::MatrixXd start_modes(const mesh::Machine& machine) const;
-  Eigen::VectorXd predict(const mesh::Machine& machine) const;
+  Eigen::VectorXd predict(const MachineInTime& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads
   /// of the first series first: (observations x (loads x series)). @param loads (r x loads)
-  Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads,
+  Eigen::MatrixXd to_heat(const MachineInTime& machine, const Eigen::MatrixXd& loads,
                           const Eigen::MatrixXd& series) const;
   /// The run of a machine, (points x observed channels and volumes), and what a machine whose readings differ makes
   /// of it, (observations): many faulty sensors and clocks for one run. Several records lie below each other.
-  Eigen::MatrixXd states(const mesh::Machine& machine) const;
+  Eigen::MatrixXd states(const MachineInTime& machine) const;
   Eigen::VectorXd read(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
 
   /// Predicted readings (degC) or displacements (um, um/m) at the ends of the steps of a single record.
-  Eigen::MatrixXd at_points(const mesh::Machine& machine) const;
+  Eigen::MatrixXd at_points(const MachineInTime& machine) const;
 
   /// Values of all sensors (degC) and of dx dy dz (um) at the given poses along the measurement's
   /// inputs: what another measurement would have seen. (points x (sensors + 3 poses))
-  Eigen::MatrixXd elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const;
+  Eigen::MatrixXd elsewhere(const MachineInTime& machine, const std::vector<mesh::Pose>& poses) const;
 
 private:
   /// Output rows of a machine whose expansions or stiffnesses may differ from the model's own.
@@ -96,7 +96,7 @@ private:
   };
   Eigen::MatrixXd rows_of(const Rows& all, const PartChanges& changes) const;
   /// Outputs along the points: of the machine, then the tangents in units of each variant's step.
-  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, std::vector<Variant>& variants,
+  std::vector<Eigen::MatrixXd> run(const MachineInTime& machine, std::vector<Variant>& variants,
                                    const Rows& rows) const;
   Eigen::MatrixXd capacity_of(const mesh::Machine& machine) const;
   /// What is recorded of the observed channels. @param states (points x channels and volumes), K or um
@@ -107,7 +107,7 @@ private:
   const reduction::ReducedModel& model_;
   const Observations& observations_;
   /// linearise() of each record, below each other.
-  Linear linearise_each(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+  Linear linearise_each(const MachineInTime& base, const std::vector<Parameter>& parameters,
                         const Eigen::VectorXd& values, bool with_record, const std::vector<Disturbance>& disturbances,
                         bool with_spread) const;
   void set_air();

@@ -27,18 +27,62 @@ constexpr double negligible_share = 1e-9;     ///< of a step
 constexpr int most_changes = 100;             ///< of a sum of matrices, until rounding is taken out
 constexpr double share = (1.0 - solver::sdirk_gamma) / solver::sdirk_gamma;
 
+/// A machine with its factors from a time of the record on up to the k-th of them, in order of time.
+mesh::Machine with_later(const MachineInTime& machine, std::size_t count) {
+  mesh::Machine changed = machine;
+  for (std::size_t k = 0; k < count; ++k) {
+    const LaterFactor& later = machine.later[k];
+    for (mesh::SourceSpec& source : changed.sources)
+      if (!later.joint && source.id == later.item) source.scale.value *= later.factor;
+    for (mesh::JointSpec& joint : changed.joints)
+      if (later.joint && joint.id == later.item) joint.conductance.value *= later.factor;
+  }
+  return changed;
+}
+
+MachineInTime in_order(MachineInTime machine) {
+  std::stable_sort(machine.later.begin(), machine.later.end(),
+                   [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  return machine;
+}
+
+/// The machine from a time of the record on.
+struct Afterwards {
+  double from_s;
+  solver::OperatingModel model;
+};
+
 /// One machine's way from channels to coefficients, with its chillers.
 struct Drive {
   AddedSources added;
   solver::OperatingModel model;
+  std::vector<Afterwards> afterwards;  ///< rising times
   VectorXd sensor_offsets;
   std::optional<solver::Chiller> chiller;
-  solver::Coefficients c, part;
+  solver::Coefficients c, part, then;
 
-  Drive(const reduction::ReducedModel& reduced, const mesh::Machine& machine)
+  Drive(const reduction::ReducedModel& reduced, const MachineInTime& machine)
       : added(added_sources(reduced, machine)),
         model(machine, added.layout),
-        sensor_offsets(solver::sensor_offsets(machine, added.layout)) {}
+        sensor_offsets(solver::sensor_offsets(machine, added.layout)) {
+    if (machine.later.empty()) return;
+    const MachineInTime ordered = in_order(machine);
+    for (std::size_t k = 0; k < ordered.later.size(); ++k)
+      afterwards.push_back({ordered.later[k].from_s, {with_later(ordered, k + 1), added.layout}});
+  }
+
+  /// Of a row by the machine between two times.
+  void between(double begin, double end, const VectorXd& row, const VectorXd& inlets, const VectorXd& readings,
+               solver::Coefficients& out) {
+    model.coefficients(row, inlets, readings, out);
+    for (const Afterwards& after : afterwards) {
+      const double share_after = std::clamp((end - after.from_s) / (end - begin), 0.0, 1.0);
+      if (share_after < negligible_share) break;
+      after.model.coefficients(row, inlets, readings, then);
+      out.p += share_after * (then.p - out.p);
+      out.q += share_after * (then.q - out.q);
+    }
+  }
 
   /// The row with one ambient's temperature moved.
   VectorXd disturbed(const VectorXd& row, int ambient, double by_K) const {
@@ -50,14 +94,15 @@ struct Drive {
     channel += by_K;
     return moved;
   }
-  void coefficients(const VectorXd& measured, const VectorXd& readings, int ambient, double by_K, double duration,
-                    solver::Coefficients& out) {
+  /// @param begin, end  of the step   @param duration  of the part of it that the row holds for
+  void coefficients(double begin, double end, const VectorXd& measured, const VectorXd& readings, int ambient,
+                    double by_K, double duration, solver::Coefficients& out) {
     const VectorXd row = by_K != 0.0 ? disturbed(measured, ambient, by_K) : measured, guide = model.guide_K(row);
     if (!chiller) {
       chiller.emplace(model.machine(), model.layout(), model.channels(),
                       solver::chiller_set_points(model.machine(), model.layout(), readings, guide));
     }
-    model.coefficients(row, chiller->advance(row, readings, guide, duration), readings, out);
+    between(begin, end, row, chiller->advance(row, readings, guide, duration), readings, out);
   }
   /// Of a step: the mean of those of its parts.
   /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so
@@ -71,12 +116,12 @@ struct Drive {
         held ? std::clamp((std::min(end, held->to) - std::max(begin, held->from)) / duration, 0.0, 1.0) : 0.0;
     const auto mixed = obs.mixed.find(step);
     if (mixed == obs.mixed.end() && held_share < negligible_share)
-      return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
+      return coefficients(begin, end, obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
     c.p.setZero(std::ssize(model.layout().terms));
     c.q.setZero(std::ssize(model.layout().inputs));
     const auto add = [&](const VectorXd& row, double of) {
       if (of < negligible_share) return;
-      coefficients(row, readings, ambient, by_K, of * duration, part);
+      coefficients(begin, end, row, readings, ambient, by_K, of * duration, part);
       c.p += of * part.p;
       c.q += of * part.q;
     };

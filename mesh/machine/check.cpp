@@ -21,7 +21,7 @@ namespace {
 
 /// Channels of docs/reference/machine_channels.md that this machine has.
 std::vector<std::string> channels(const Machine& machine) {
-  std::vector<std::string> names = {"spindle.speed_rpm", "cutting_fluid.on", "machine.on"};
+  std::vector<std::string> names = {"spindle.speed_rpm", "cutting_fluid.on", "machine.on", time_of_day};
   for (const Axis& axis : machine.axes) {
     const std::string unit = axis.kind == AxisKind::linear ? "mm" : "deg";
     for (const std::string& quantity : {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})

@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/uncertain.h"
+
 namespace thermotwin::mesh {
 
 /// A function that is linear between its points and constant beyond them; without points it is 1.
@@ -15,6 +17,15 @@ struct Curve {
   std::vector<double> at, value;  ///< at rises
   double operator()(double x) const;
 };
+
+/// The channel of the time of day, h. It may run on beyond 24 h from midnight to midnight; tables over it repeat daily.
+inline constexpr const char* time_of_day = "day.time_h";
+
+enum class TableInput { value, magnitude, hour };  ///< as the exported C has them
+/// @return what a table over a channel takes of it: temperatures as they are, the time of day modulo 24 h, and the
+///   absolute value of all others
+TableInput table_input(const std::string& channel);
+double at_input(TableInput input, double value);
 
 /// @return the resistance of copper relative to that at 20 degC (IEC 60034-1)
 inline double copper_factor(double winding_C) { return (235.0 + winding_C) / 255.0; }
@@ -60,7 +71,7 @@ struct LossLaw {
 
 /// Factors on a joint's conductance, from pressure and temperature.
 struct ContactLaw {
-  double pressure = 0;          ///< Pa, mean in the contact; 0: the conductance is that of the file
+  core::Uncertain pressure;     ///< Pa, mean in the contact; 0: the conductance is that of the file
   double clamped_pressure = 0;  ///< Pa, while the joint's axis is clamped; 0: unchanged
   double nominal_pressure = 0;  ///< Pa, at which the conductance holds
   double exponent = 0.95;

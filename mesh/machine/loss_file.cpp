@@ -193,7 +193,7 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
       refuse(node, key, "together with pressure_MPa");
     return law;
   }
-  law.pressure = node.number("pressure_MPa") * megapascal;
+  law.pressure = scaled(node.uncertain("pressure_MPa"), megapascal);
   if (node.has("clamped_pressure_MPa")) {
     if (axis.empty()) refuse(node, "clamped_pressure_MPa", "a joint with axis: channel axis.<id>.clamp.on");
     law.clamped_pressure = node.number("clamped_pressure_MPa") * megapascal;

@@ -138,7 +138,7 @@ struct FilmSpec {
   double delta = 3.0;            ///< K, reference temperature difference, free convection
   bool of_temperature = false;   ///< free convection with the surface's own mean temperature, not delta
   PowerLaw table;                ///< table: film coefficient W/(m^2 K) in place of the power
-  double emissivity = 0.0;       ///< 0: no radiation
+  Uncertain emissivity;          ///< 0: no radiation
   bool exact_radiation = false;  ///< fourth powers; else linearised at the reference temperature
   std::string surroundings;      ///< ambient that it radiates to; "" the film's own
   std::string axis;              ///< rotating_disc: axis or "spindle"
@@ -284,7 +284,8 @@ struct Machine {
   std::vector<SourceSpec> sources;
   std::vector<SensorSpec> sensors;
   std::vector<ReadingSpec> readings;
-  TcpSpec tcp;  ///< only where has_tcp()
+  bool asks_time_of_day = false;  ///< has the channel of the time of day though no table is over it
+  TcpSpec tcp;                    ///< only where has_tcp()
   Workspace workspace;
   std::filesystem::path path;  ///< machine.toml
   std::string text;            ///< its text, as read

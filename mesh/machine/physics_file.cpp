@@ -90,10 +90,12 @@ PowerLaw read_law(const Node& node, Draft& draft, const std::string& key = "powe
   }
   for (std::size_t i = 0; i < law.at.size(); ++i) {
     // Temperatures may be negative, everything else enters by its absolute value.
-    if (law.at[i] < 0.0 && !law.input.ends_with(".T_C")) {
+    if (law.at[i] < 0.0 && table_input(law.input) != TableInput::value) {
       throw InputError(node.place("at"), fmt::format("{}", law.at[i]),
                        "numbers >= 0: the absolute value of the input is used");
     }
+    if (law.at[i] > 24.0 && table_input(law.input) == TableInput::hour)
+      throw InputError(node.place("at"), fmt::format("{}", law.at[i]), "hours of a day, 0 to 24");
     if (i > 0 && !(law.at[i] > law.at[i - 1]))
       throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]), "rising numbers");
   }
@@ -143,14 +145,15 @@ FilmSpec read_film(const Node& node, Draft& draft) {
   } else {
     for (const char* key : {"axis", "radius_mm", "fraction"}) refuse(node, key, "kind = \"rotating_disc\"");
   }
-  film.emissivity = node.number("emissivity");
-  if (film.emissivity > 0.0) {
+  film.emissivity = node.uncertain("emissivity");
+  if (film.emissivity.value > 0.0) {
     film.exact_radiation = node.choice("radiation") == "exact";
     film.surroundings = draft.refer_or_empty(node, "surroundings", "ambient");
   } else {
     for (const char* key : {"radiation", "surroundings"}) refuse(node, key, "together with emissivity > 0");
   }
-  const bool has_speed = kind == "rotating_disc" || (kind == "table" && !film.table.input.ends_with(".T_C"));
+  const bool has_speed =
+      kind == "rotating_disc" || (kind == "table" && table_input(film.table.input) == TableInput::magnitude);
   if (has_speed)
     film.speed_factor = node.number("speed_factor");
   else

@@ -124,7 +124,7 @@ void require_affine(const mesh::Machine& machine) {
                            fmt::format("{}: a bound needs an equation that is affine in its coefficients", allowed));
   };
   for (const mesh::FilmSpec& film : machine.films) {
-    if (film.emissivity > 0.0 && film.exact_radiation)
+    if (film.emissivity.value > 0.0 && film.exact_radiation)
       refuse("film", film.id, "radiation = \"exact\"", "radiation = \"linear\"");
   }
   for (const mesh::BodySpec& body : machine.bodies) {

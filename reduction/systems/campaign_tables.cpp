@@ -38,7 +38,7 @@ std::set<std::string> always_there(const mesh::Machine& machine) {
   std::set<std::string> names;
   for (const mesh::FilmSpec& film : machine.films) {
     if (film.state.empty()) names.insert(film.ambient);
-    if (film.emissivity > 0.0 && film.state.empty())
+    if (film.emissivity.value > 0.0 && film.state.empty())
       names.insert(film.surroundings.empty() ? film.ambient : film.surroundings);
   }
   for (const mesh::JointSpec& joint : machine.joints) names.insert(joint.ambient);

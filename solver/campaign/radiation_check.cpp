@@ -24,7 +24,7 @@ RadiationCheck::RadiationCheck(const mesh::Machine& machine, const ThermalSystem
     const Input& input = system.layout.inputs[k];
     if (input.kind != InputKind::film_ambient) continue;
     const mesh::FilmSpec& film = machine.films[input.item];
-    if (!(film.emissivity > 0.0) || film.exact_radiation) continue;
+    if (!(film.emissivity.value > 0.0) || film.exact_radiation) continue;
     Film entry{input.item, system.inputs.col(k), 0, 0, 0, {}};
     entry.mean /= entry.mean.sum();
     films_.push_back(std::move(entry));

@@ -160,7 +160,7 @@ private:
                                          film.id, film.ambient, start_C()));
     } else if (machine.ambients[ambient].has_gradient)
       model_.notes.push_back("film " + film.id + " takes " + film.ambient + " at its one height, without its gradient");
-    if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0)) {
+    if (film.of_temperature || (film.exact_radiation && film.emissivity.value > 0.0)) {
       model_.notes.push_back(
           "film " + film.id +
           " keeps its coefficients at the reference temperature; they do not depend on the surface temperature here");

@@ -51,8 +51,14 @@ Channels::Channels(const mesh::Machine& machine) {
     for (const mesh::PowerLaw& law : source.laws)
       if (law.input.ends_with(".power_W")) add(law.input, not_given);
   }
-  for (const mesh::FilmSpec& film : machine.films)
+  bool by_hour = machine.asks_time_of_day;
+  for (const mesh::FilmSpec& film : machine.films) {
     if (film.table.input.ends_with(".power_W")) add(film.table.input, not_given);
+    by_hour = by_hour || film.table.input == mesh::time_of_day;
+  }
+  for (const mesh::SourceSpec& source : machine.sources)
+    for (const mesh::PowerLaw& law : source.laws) by_hour = by_hour || law.input == mesh::time_of_day;
+  if (by_hour) add(mesh::time_of_day, not_given);
   defaults_ = Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
 }
 

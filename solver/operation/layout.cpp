@@ -36,7 +36,7 @@ Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
         layout.inputs.push_back({.kind = InputKind::film_gradient, .term = next_term(), .item = i});
     }
     layout.terms.push_back({TermKind::film, i, 0});
-    if (film.of_temperature || (film.emissivity > 0.0 && film.exact_radiation))
+    if (film.of_temperature || (film.emissivity.value > 0.0 && film.exact_radiation))
       layout.observed.push_back({ObservedKind::film, i});
   }
   for (int i = 0; i < std::ssize(machine.joints); ++i) {

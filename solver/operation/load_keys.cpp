@@ -93,6 +93,8 @@ const KeyTable load{
                     "Uniform temperature at the start; within `plausible_C`."),
         key::number("time_step_s", "s", {1e-3, 1e6}, 60.0,
                     "Longest step of the fixed schemes; steps end at every change of the program."),
+        key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},
+                  "Time of day at the start, \"06:30\": the input of laws over `day.time_h`."),
         key::number("output_s", "s", {1e-3, 1e7}, 300.0, "Interval of the rows of tcp.csv, sensors.csv and heat.csv."),
         key::table("time", time, Absent{"that of case.toml, else scheme = \"fixed\""}, "How it is taken through time."),
         key::table("position", position, Absent{}, "Where axes stand at the start."),

@@ -7,11 +7,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/time_of_day.h"
+#include "core/units.h"
 #include "solver/operation/load_program.h"
 
 namespace thermotwin::solver {
@@ -34,6 +37,7 @@ public:
     machine_.require_plausible(program.initial_C_, root.place("initial_C"));
     program.time_step_ = root.number("time_step_s");
     program.output_ = root.number("output_s");
+    read_start(root);
     if (const auto time = root.table_if("time")) program.time_ = read_time(*time);
     if (const auto position = root.table_if("position")) read_positions(*position);
     program.corners_.push_back(0.0);
@@ -63,6 +67,14 @@ private:
   static AxisUnit unit_of(const mesh::Axis& axis) {
     const bool linear = axis.kind == mesh::AxisKind::linear;
     return {axis, linear ? "mm" : "deg", linear ? 1e3 : 180.0 / std::numbers::pi};
+  }
+
+  /// The time of day at the start, where a law of the machine asks for it.
+  void read_start(const Node& root) {
+    const std::string text = root.text_or("starts_at", "");
+    if (text.empty()) return;
+    starts_at_h_ = core::hours_of_day(text);
+    if (!starts_at_h_) throw InputError(root.place("starts_at"), "'" + text + "'", core::time_of_day_form);
   }
 
   void read_positions(const Node& node) {
@@ -268,12 +280,18 @@ private:
       for (const mesh::CoolantSpec& coolant : machine_.coolants) silence("coolant." + coolant.id + ".on");
       if (process >= 0) silence("process.power_W");
     }
+    if (const int hour = channels_.index(mesh::time_of_day); hour >= 0 && starts_at_h_) {
+      const std::size_t corners = program.corners_.size();
+      start[hour] = *starts_at_h_ + program.corners_[corners - 2] / core::units::hour;
+      end[hour] = *starts_at_h_ + program.corners_[corners - 1] / core::units::hour;
+    }
     program.start_.push_back(std::move(start));
     program.end_.push_back(std::move(end));
   }
 
   const mesh::Machine& machine_;
   Channels channels_;
+  std::optional<double> starts_at_h_;
   Eigen::VectorXd row_;  // what holds until a phase says otherwise; axes stand
 };
 

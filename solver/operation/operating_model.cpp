@@ -85,26 +85,29 @@ void OperatingModel::connect_films() {
   radiation_film_.resize(films);
   for (Eigen::Index i = 0; i < films; ++i) {
     const mesh::FilmSpec& film = machine_.films[i];
-    if (film.of_temperature || (film.emissivity > 0.0 && film.exact_radiation)) follows_temperature_ = true;
+    if (film.of_temperature || (film.emissivity.value > 0.0 && film.exact_radiation)) follows_temperature_ = true;
     film_channels_.push_back(channels_of_film(i));
     still_film_[i] = film.kind == mesh::FilmKind::constant
                          ? film.coefficient.value
                          : free_convection(film.orientation, film.length, film.delta, reference_K);
-    radiation_film_[i] = radiation(film.emissivity, reference_K);
+    radiation_film_[i] = radiation(film.emissivity.value, reference_K);
   }
 }
 
 OperatingModel::FilmChannels OperatingModel::channels_of_film(int index) const {
   const mesh::FilmSpec& film = machine_.films[index];
   const std::string place = "film " + film.id;
-  FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0};
+  FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0, mesh::TableInput::value};
   c.own = reading_index(machine_, layout_, ObservedKind::film, index);
   if (const int volume = machine_.volume_index(film.ambient); volume >= 0)
     c.volume = reading_index(machine_, layout_, ObservedKind::volume, volume);
   else
     c.ambient = ambient_index(machine_, film.ambient, place);
   c.surroundings = film.surroundings.empty() ? c.ambient : ambient_index(machine_, film.surroundings, place);
-  if (!film.table.input.empty()) c.table = require_channel(channels_, film.table.input, place);
+  if (!film.table.input.empty()) {
+    c.table = require_channel(channels_, film.table.input, place);
+    c.table_input = mesh::table_input(film.table.input);
+  }
   if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
   if (film.kind == mesh::FilmKind::rotating_disc) {
     const bool spindle = film.axis == "spindle";
@@ -159,7 +162,7 @@ void OperatingModel::connect_sources() {
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
     for (const mesh::PowerLaw& law : source.laws) {
-      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"),
+      laws.push_back({require_channel(channels_, law.input, "source " + source.id), mesh::table_input(law.input),
                       0.5 * largest_speed(machine_, law.input)});
     }
     law_channels_.push_back(std::move(laws));
@@ -202,7 +205,7 @@ OperatingModel::FilmCoefficients OperatingModel::film_coefficients(std::size_t i
   const FilmChannels& c = film_channels_[i];
   const Eigen::Index film = i;
   const double reference_K = machine_.reference_C + units::zero_C_in_K;
-  FilmCoefficients of_film{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
+  FilmCoefficients of_film{still_film_[film], radiation_film_[film], spec.emissivity.value, 0.0, 0.0};
   if (c.ambient >= 0) of_film.ambient_K = ambient_K(c.ambient, row);
   if (c.surroundings >= 0)
     of_film.surroundings_K = c.surroundings == c.ambient ? of_film.ambient_K : ambient_K(c.surroundings, row);
@@ -218,15 +221,15 @@ OperatingModel::FilmCoefficients OperatingModel::film_coefficients(std::size_t i
           free_convection(orientation, spec.length, std::max(std::abs(delta), least_delta_K), ambient + reference_K);
     }
     if (spec.exact_radiation)
-      of_film.radiation = radiation_between(spec.emissivity, own + reference_K, of_film.surroundings_K + reference_K);
+      of_film.radiation =
+          radiation_between(spec.emissivity.value, own + reference_K, of_film.surroundings_K + reference_K);
   }
   if (c.table >= 0) {
     const double value = row[c.table];
     // An input that nobody gives: its law has nothing to say.
     const double lowest = spec.table.power.front();
     of_film.convection = std::isfinite(value)
-                             ? core::linear_at(spec.table.at, spec.table.power,
-                                               spec.table.input.ends_with(".T_C") ? value : std::abs(value))
+                             ? core::linear_at(spec.table.at, spec.table.power, mesh::at_input(c.table_input, value))
                              : 0.0;
     if (std::isfinite(value) && spec.speed_factor != 1.0)
       of_film.convection = std::max(0.0, lowest + spec.speed_factor * (of_film.convection - lowest));
@@ -252,12 +255,12 @@ double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) c
   if (std::isfinite(drive)) return source.scale.value * source.drive_loss_share * drive + standstill;
   double power = 0.0;
   for (std::size_t k = 0; k < source.laws.size(); ++k) {
-    const auto& [channel, magnitude, half_speed] = law_channels_[i][k];
+    const auto& [channel, input, half_speed] = law_channels_[i][k];
     const double value = row[channel];
     // An input that nobody gives: its law has nothing to say.
     if (!std::isfinite(value)) continue;
     const double factor = half_speed > 0.0 ? by_speed(std::abs(value) / half_speed, source.speed_exponent) : 1.0;
-    power += factor * core::linear_at(source.laws[k].at, source.laws[k].power, magnitude ? std::abs(value) : value);
+    power += factor * core::linear_at(source.laws[k].at, source.laws[k].power, mesh::at_input(input, value));
   }
   for (std::size_t k = 0; k < source.losses.size(); ++k) {
     power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) *

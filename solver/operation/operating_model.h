@@ -100,6 +100,7 @@ private:
     int state, speed, table, ambient, surroundings;  // ambient -1: a volume
     int own, volume;                                 // places in readings: its mean, its volume; -1
     double to_rad_s;
+    mesh::TableInput table_input;
   };
   FilmChannels channels_of_film(int film) const;
   std::vector<FilmChannels> film_channels_;
@@ -115,7 +116,7 @@ private:
   std::vector<int> film_first_input_, joint_first_term_, joint_ambient_, coolant_on_, source_drive_;
   struct LawChannel {
     int channel;
-    bool magnitude;
+    mesh::TableInput input;
     double half_speed;
   };  // half_speed 0: the law is not over a speed
   std::vector<std::vector<LawChannel>> law_channels_;

@@ -61,7 +61,7 @@ LocalTerms::LocalTerms(const mesh::MachineMesh& mesh, Index size)
     if (body.has_conductivity || body.has_heat) bodies_.push_back(std::move(body));
   }
   for (std::size_t f = 0; f < machine.films.size(); ++f) {
-    if (!(machine.films[f].emissivity > 0.0 && machine.films[f].exact_radiation)) continue;
+    if (!(machine.films[f].emissivity.value > 0.0 && machine.films[f].exact_radiation)) continue;
     for (const std::string& id : machine.films[f].surfaces) {
       const std::size_t surface = machine.surface_index(id);
       const std::size_t body = machine.body_index(machine.surfaces[surface].body);

@@ -99,7 +99,8 @@ std::vector<std::string> kinds_of_plans() {
   std::vector<std::string> names;
   for (const diagnosis::KindRow& row : diagnosis::known_kinds()) {
     const bool acts = row.effect != Effect::readings && row.effect != Effect::timing;
-    if (acts && row.target != Target::nothing && row.kind != Kind::source_missing) names.push_back(row.name);
+    if (acts && row.target != Target::nothing && row.kind != Kind::source_missing && !diagnosis::is_step(row.kind))
+      names.push_back(row.name);
   }
   return names;
 }

@@ -42,12 +42,14 @@ bool changes_matrices(const UncertainParameter& parameter) { return diagnosis::n
 /// One state for all that is along: of the nominal machine, and its tangents per standard deviation.
 struct Along {
   diagnosis::Observations steps;
+  diagnosis::MachineInTime machine;
   diagnosis::Nominal nominal;
   diagnosis::RunWithTangents run;
 
   Along(const reduction::ReducedModel& model, double start_C, const std::vector<Variant>& variants)
       : steps(from(start_C)),
-        nominal{model, steps, model.machine, model.system.sensors, model.system.capacity},
+        machine(model.machine),
+        nominal{model, steps, machine, model.system.sensors, model.system.capacity},
         run(nominal, variants) {}
   void step(const VectorXd& row, double seconds) {
     steps.points = Eigen::Vector2d(0.0, seconds);

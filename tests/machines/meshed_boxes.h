@@ -117,13 +117,15 @@ inline solver::FullModel full_model(const mesh::Machine& machine, int finer = 1)
   return test::full_model(std::move(mesh));
 }
 
-inline solver::LoadProgram load(const mesh::Machine& machine, const std::string& name, const std::string& phases) {
+/// @param starts_at  time of day, e.g. "06:00"; empty: none
+inline solver::LoadProgram load(const mesh::Machine& machine, const std::string& name, const std::string& phases,
+                                const std::string& starts_at = "") {
   const core::TemporaryFolder scratch;
   core::set_quiet(true);
   const auto file = scratch.path() / (name + ".toml");
   core::write_file(
-      file,
-      "schema = 1\ninitial_C = 20.0\ntime_step_s = 120\noutput_s = 600\nposition = { X_mm = 0, Z_mm = 0 }\n" + phases);
+      file, "schema = 1\ninitial_C = 20.0\ntime_step_s = 120\noutput_s = 600\nposition = { X_mm = 0, Z_mm = 0 }\n" +
+                (starts_at.empty() ? "" : "starts_at = \"" + starts_at + "\"\n") + phases);
   return solver::LoadProgram::read(file, machine);
 }
 

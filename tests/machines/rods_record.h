@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <stdexcept>
@@ -33,7 +34,9 @@ struct MeasureOptions {
   double spread = 0;  ///< of the stated standard deviations: perturbed nominal values
   double noise_K = 0.05, noise_um = 0.3;
   bool measure_air = true;
-  double air_swing = 1;  ///< of its course over the day; 0: steady
+  double air_swing = 1;                         ///< of its course over the day; 0: steady
+  std::string changing{};                       ///< source or joint whose heat or conductance is times ...
+  std::function<double(double hour)> factor{};  ///< ... this in the course of the record
 };
 
 /// Inputs over time: what a shift does to the three rods.
@@ -77,6 +80,21 @@ inline void spoil(compensation::Measurement& m, const diagnosis::Parameter& faul
         column[i] = before[left] + (before[left + 1] - before[left]) * (at - time[left]) / (time[1] - time[0]);
       }
     }
+  }
+}
+
+/// A source or joint times a factor.
+inline void change(const std::string& item, double factor, const mesh::Machine& machine, const solver::Layout& layout,
+                   solver::Coefficients& c) {
+  for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
+    const solver::Input& input = layout.inputs[k];
+    if (input.kind == solver::InputKind::source && machine.sources[input.item].id == item) c.q[k] *= factor;
+    const solver::Term* term = input.term >= 0 ? &layout.terms[input.term] : nullptr;
+    if (term && term->kind == solver::TermKind::contact && machine.joints[term->item].id == item) c.q[k] *= factor;
+  }
+  for (std::size_t t = 0; t < layout.terms.size(); ++t) {
+    if (layout.terms[t].kind == solver::TermKind::contact && machine.joints[layout.terms[t].item].id == item)
+      c.p[t] *= factor;
   }
 }
 
@@ -198,7 +216,10 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       set_inputs((time + (k + 0.5) * step) / 3600.0, channels, real, options.air_swing);
       real[channels.index("air.T_C")] += air_offset;
       const Eigen::VectorXd inlet = chiller.advance(real, readings(), operating.guide_K(real), step);
-      stepper.advance(state, operating.coefficients(real, inlet), step);
+      solver::Coefficients c = operating.coefficients(real, inlet);
+      if (options.factor)
+        change(options.changing, options.factor((time + (k + 0.5) * step) / 3600.0), m, truth.system.layout, c);
+      stepper.advance(state, c, step);
     }
   }
   for (const auto& [parameter, value] : faults) spoil(out, parameter, value);

@@ -51,7 +51,7 @@ inline mesh::Machine slide_machine() {
   m.ambients = {ambient("air", 20.0), ambient("foundation", 20.0, "air", -1.0), ambient("cutting_fluid", 24.0)};
   mesh::FilmSpec skin = constant_film("bed.skin", {"bed.skin"}, 1.0);
   skin.kind = mesh::FilmKind::free_convection;
-  skin.emissivity = 0.9;
+  skin.emissivity.value = 0.9;
   mesh::FilmSpec wet = constant_film("slide.top", {"slide.top"}, 300.0, "cutting_fluid");
   wet.state = "cutting_fluid.on";
   mesh::FilmSpec disc = constant_film("slide.front", {"slide.front"}, 1.0);

@@ -83,7 +83,7 @@ TEST(Conservation, HeatOfARunByItsOwnAccount) {
   hot.materials[0].conductivity_table = {{20.0, 320.0}, {45.0, 30.0}};
   hot.materials[0].specific_heat_table = {{20.0, 320.0}, {470.0, 600.0}};
   hot.films = {constant_film("skin", {"skin"}, 10.0)};
-  hot.films[0].emissivity = 0.9;
+  hot.films[0].emissivity.value = 0.9;
   hot.films[0].exact_radiation = true;
   hot.sources = {heat_source("heater", 60.0, "x0")};
   const std::string hot_program = "initial_C = 20\noutput_s = 1800\ntime_step_s = 120\n[[phase]]\nduration_s = 1200\n";

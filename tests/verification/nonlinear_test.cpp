@@ -19,7 +19,7 @@ TEST(Nafems, T2RadiationFromTheEndOfABar) {
     m.order = order;
     m.ambients = {ambient("hot", 1000.0 - 273.15), ambient("air", 300.0 - 273.15)};
     m.films = {constant_film("held", {"x0"}, as_good_as_given, "hot"), constant_film("end", {"x1"}, 0.0)};
-    m.films[1].emissivity = 0.98;
+    m.films[1].emissivity.value = 0.98;
     m.films[1].exact_radiation = true;
     const Bench bench(machine_mesh(m, {box_of_order({0, 0, 0}, {0.1, 0.02, 0.02}, {10, 2, 2}, order)}));
     const auto run =

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -279,6 +280,18 @@ TEST(ModelBytes, HoldTheWholeModel) {
   EXPECT_EQ(std::memcmp(read.chain_axis, model.chain_axis, 4 * control().data().chain_axis.size()), 0);
   for (const std::size_t size : {std::size_t{0}, std::size_t{40}, bytes.size() / 2, bytes.size() - 8})
     EXPECT_EQ(tt_model_texts(bytes.data(), size), -1) << size;
+}
+
+TEST(ModelBytes, ThoseBeforeTheTimeOfDayAreReadAndThoseOfLaterVersionsAreNot) {
+  std::string bytes = control_bytes(control().data());
+  const auto as_version = [&](std::uint64_t version) {
+    std::memcpy(bytes.data() + offsetof(tt_model_head, version), &version, sizeof version);
+    return tt_model_texts(bytes.data(), bytes.size());
+  };
+  EXPECT_GT(as_version(1), 0);
+  EXPECT_GT(as_version(2), 0);
+  EXPECT_EQ(as_version(0), -1);
+  EXPECT_EQ(as_version(3), -1);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "compensation/control/chiller.h"
@@ -70,6 +71,32 @@ TEST(ControlOperating, CoefficientsEqualThoseOfTheProgram) {
   }
   EXPECT_LT(worst_p, 1e-12);
   EXPECT_LT(worst_q, 1e-12);
+}
+
+TEST(ControlOperating, TablesOverTheTimeOfDayHaveTheSameBits) {
+  const Rich& r = rich();
+  const auto film = std::find_if(r.machine.films.begin(), r.machine.films.end(),
+                                 [](const mesh::FilmSpec& one) { return one.id == "ventilation"; });
+  Index term = 0;
+  while (r.layout.terms[term].kind != solver::TermKind::film ||
+         r.layout.terms[term].item != film - r.machine.films.begin())
+    ++term;
+  const int hour = r.operating.channels().index(mesh::time_of_day);
+  ASSERT_GE(hour, 0);
+  VectorXd row = r.operating.channels().defaults();
+  const VectorXd inlet = VectorXd::Zero(r.model.coolants), none;
+  const auto both = [&](double at) {
+    row[hour] = at;
+    VectorXd p(r.model.terms), q(r.model.inputs), share(r.model.terms);
+    tt_coefficients(&r.model, row.data(), inlet.data(), nullptr, p.data(), q.data(), share.data());
+    EXPECT_EQ(p[term], r.operating.coefficients(row, inlet, none).p[term]) << at;
+    return p[term];
+  };
+  for (const double at : {-30.1, -1e-18, 5.7, 23.999999999999996, 24.0, 54.3, 87600.7}) both(at);
+  EXPECT_NEAR(both(5.75), 5.5, 1e-12);
+  EXPECT_NEAR(both(5.75 - 48.0), 5.5, 1e-12) << "two days before";
+  EXPECT_NEAR(both(24.0), 2.0, 1e-12);
+  EXPECT_EQ(both(solver::not_given), 0.0) << "not told";
 }
 
 TEST(ControlOperating, PosesRowsAndGuidesEqualThoseOfTheProgram) {

@@ -88,6 +88,13 @@ at = [0, 3000, 12000]
 film_coefficient_W_m2K = [5, 20, 44]
 speed_factor = 1.3
 [[film]]
+id = "ventilation"
+surfaces = ["spindle.skin"]
+kind = "table"
+input = "day.time_h"
+at = [0, 5.5, 6, 21, 24]
+film_coefficient_W_m2K = [2, 2, 9, 8, 2]
+[[film]]
 id = "spindle_disc"
 surfaces = ["spindle.skin"]
 kind = "rotating_disc"
@@ -148,6 +155,10 @@ place = [ { volume = "tank", share = 0.4 }, { joint = "Y_guide", share = 0.4, sl
 input = "hall.T_C"
 at = [10, 20, 30]
 power_W = [0, 5, 30]
+[[source.law]]
+input = "day.time_h"
+at = [0, 6, 6.5, 18, 24]
+power_W = [5, 0, 80, 60, 5]
 [[source.law]]
 kind = "bearing"
 motion = "spindle"
@@ -216,6 +227,9 @@ inline Eigen::VectorXd random_row(const mesh::Machine& machine, const solver::Ch
     const std::string& name = channels.names()[k];
     if (name.ends_with(".on") || name.ends_with(".open")) row[k] = std::floor(number(0.0, 3.0)) / 2.0;
     if (name.ends_with("T_C") && number(0.0, 1.0) < 0.6) row[k] = number(12.0, 34.0);
+    // Days before and after, without a random number of its own.
+    if (name == mesh::time_of_day && row[channels.index("cutting_fluid.on")] > 0.0)
+      row[k] = row[channels.index("spindle.speed_rpm")] / 200.0;
     if (name.ends_with("gradient_K_m")) row[k] = number(-1.0, 1.0);
     if (name == "spindle.speed_rpm") row[k] = number(-12000.0, 12000.0);
     if (name.ends_with(".power_W") && number(0.0, 1.0) < 0.4) row[k] = number(0.0, 5000.0);

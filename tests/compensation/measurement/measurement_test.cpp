@@ -74,11 +74,43 @@ TEST(Measurement, AGradientIsNoStateOf0To1) {
   expect_input_error([&] { state.read(); }, {"data.csv:2 g", "1.8", "a state: 0 (off) to 1 (on)"});
 }
 
+TEST(Measurement, TellsTheTimeOfDayOfEachRow) {
+  const Folder night("[record]\nstarts_at = \"23:30\"\n" + std::string(channels_text));
+  mesh::Machine machine = test::five_axis_machine();
+  machine.asks_time_of_day = true;
+  const solver::Channels channels(machine);
+  const Eigen::MatrixXd rows = channel_rows(night.read(), channels);
+  const int hour = channels.index("day.time_h");
+  ASSERT_GE(hour, 0);
+  EXPECT_DOUBLE_EQ(rows(0, hour), 23.5);
+  EXPECT_DOUBLE_EQ(rows(2, hour), 23.5 + 25.0 / 3600.0) << "it runs on beyond midnight";
+  EXPECT_TRUE(std::isnan(channel_rows(Folder().read(), channels)(2, hour))) << "not stated";
+  const Folder wrong("[record]\nstarts_at = \"25:00\"\n" + std::string(channels_text));
+  expect_input_error([&] { wrong.read(); }, {"starts_at", "'25:00'", "23:59"});
+}
+
+TEST(Measurement, AClockRunsOnOverMidnightAndThroughRowsWithoutIt) {
+  const Folder folder("[record]\nstarts_at = \"12:00\"\n" + std::string(channels_text) +
+                          "[[channel]]\nid = \"clock\"\nkind = \"state\"\nunit = \"h\"\ninput = \"day.time_h\"\n",
+                      "time_s,T1,n,dz@1,clock\n0,20,0,0,\n1800,20,0,0,23.5\n3600,20,0,0,\n5400,20,0,0,0.5\n"
+                      "178200,20,0,0,0.5\n");
+  mesh::Machine machine = test::five_axis_machine();
+  machine.asks_time_of_day = true;
+  const Measurement m = folder.read();
+  require_fits(m, machine);
+  const solver::Channels channels(machine);
+  const Eigen::VectorXd hours = channel_rows(m, channels).col(channels.index("day.time_h"));
+  const double expected[] = {23.0, 23.5, 24.0, 24.5, 72.5};
+  for (Eigen::Index i = 0; i < hours.size(); ++i) EXPECT_DOUBLE_EQ(hours[i], expected[i]) << "row " << i;
+}
+
 TEST(Measurement, WrittenAndReadAgainIsTheSame) {
   const Folder folder;
   Measurement m = folder.read();
   EXPECT_FALSE(m.rows_at_changes);
   m.rows_at_changes = true;
+  EXPECT_TRUE(std::isnan(m.starts_at_h));
+  m.starts_at_h = 6.5;
   const Scratch other;
   write_measurement(other.path() / "copy", m);
   const Measurement copy = read_measurement(other.path() / "copy");
@@ -95,6 +127,7 @@ TEST(Measurement, WrittenAndReadAgainIsTheSame) {
     EXPECT_EQ(copy.channels[i].zero, m.channels[i].zero);
   }
   EXPECT_TRUE(copy.rows_at_changes);
+  EXPECT_DOUBLE_EQ(copy.starts_at_h, 6.5);
   EXPECT_EQ(copy.data.columns, m.data.columns);
   EXPECT_EQ(copy.time(), m.time());
   EXPECT_EQ(copy.values(copy.channels[2]), m.values(m.channels[2]));

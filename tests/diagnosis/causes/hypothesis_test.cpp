@@ -45,7 +45,8 @@ mesh::Machine full_house() {
   };
   put("id = \"air\"\n", "id = \"air\"\ngradient_K_m = 0.2\n");
   put("axis = \"Z\"\nconductance",
-      "axis = \"Z\"\nstiffness_normal_N_mm3 = 300\nstiffness_tangential_N_mm3 = 200\nconductance");
+      "axis = \"Z\"\nstiffness_normal_N_mm3 = 300\nstiffness_tangential_N_mm3 = 200\npressure_MPa = 0.8\n"
+      "nominal_pressure_MPa = 0.4\nconductance");
   text += R"(
 [[body]]
 id = "screw"
@@ -171,6 +172,8 @@ TEST(Hypothesis, AFullHouseOffersEveryKindThatIsListed) {
   std::set<std::string> offered, listed;
   for (const Parameter& p : full_parameters()) offered.insert(name_of(p.kind) + " " + p.name + " " + p.unit);
   offered.insert("source_missing power W");  // by the patches of a model: missing_source.h
+  offered.insert("source_step factor 1");    // by a record that changes: changing_size.h
+  offered.insert("contact_step factor 1");
   for (const auto& kind : diagnosis::known_kinds()) listed.insert(kind.name + " " + kind.amount + " " + kind.unit);
   EXPECT_EQ(offered, listed);
 }
@@ -210,6 +213,12 @@ std::map<std::string, UncertainKey> uncertain_keys() {
       {"joint.conductance_W_m2K",
        {Kind::contact_conductance, each(
                                        &Machine::joints, [](auto& j) -> auto& { return j.conductance; })}},
+      {"joint.pressure_MPa",
+       {Kind::contact_pressure, each(
+                                    &Machine::joints, [](auto& j) -> auto& { return j.law.pressure; })}},
+      {"film.emissivity",
+       {Kind::film_emissivity, each(
+                                   &Machine::films, [](auto& f) -> auto& { return f.emissivity; })}},
       {"joint.stiffness_normal_N_mm3",
        {Kind::contact_stiffness, each(
                                      &Machine::joints, [](auto& j) -> auto& { return j.stiffness_normal; })}},
@@ -300,6 +309,43 @@ TEST(Hypothesis, AVolumesExchangeAndContentAreWrittenWhereTheyStand) {
   EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, p, 1.5).volumes[0].capacity.value, 30.0 * 4180.0);
 }
 
+TEST(Hypothesis, AnEmissivityAndAPressureAreWrittenWhereTheyStand) {
+  const mesh::Machine machine = full_house();
+  const auto written = [&](Kind kind, const std::string& where, double value) {
+    const Parameter p = diagnosis::make_parameter(kind, where);
+    return mesh::parse_machine(diagnosis::extended_text(machine, p, value, 0.05, "why"), machine.path);
+  };
+  EXPECT_DOUBLE_EQ(written(Kind::film_emissivity, "head.film", 0.5).films[2].emissivity.value, 0.45);
+  const mesh::Machine loose = written(Kind::contact_pressure, "Z_guide", 0.25);
+  const mesh::ContactLaw& law = loose.joints[loose.joint_index("Z_guide")].law;
+  EXPECT_DOUBLE_EQ(law.pressure.value, 0.2e6);
+  EXPECT_DOUBLE_EQ(law.nominal_pressure, 0.4e6);
+  for (const Parameter& p : full_parameters()) {
+    if (p.kind == Kind::film_emissivity) EXPECT_DOUBLE_EQ(p.high, 1.0 / 0.9) << "no surface is blacker than black";
+  }
+}
+
+TEST(Hypothesis, AStepIsAFactorFromItsTimeOnAndAScaleInTheFile) {
+  const mesh::Machine machine = lumped::machine();
+  Parameter p = diagnosis::make_parameter(Kind::source_step, "motor");
+  p.from_s = 7200.0;
+  p.from_std_s = 600.0;
+  const diagnosis::MachineInTime changed = diagnosis::with_parameter(machine, p, 1.7);
+  ASSERT_EQ(changed.later.size(), 1u);
+  EXPECT_EQ(changed.sources[0].scale.value, 1.0) << "before the step it is as stated";
+  EXPECT_EQ(changed.later[0].item, "motor");
+  EXPECT_FALSE(changed.later[0].joint);
+  EXPECT_EQ(changed.later[0].factor, 1.7);
+  EXPECT_EQ(changed.later[0].from_s, 7200.0);
+  const std::string text = diagnosis::extended_text(machine, p, 1.7, 0.1, "why");
+  EXPECT_NE(text.find("since 2.00 +- 0.17 h of the record; why"), std::string::npos) << text;
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(text, machine.path).sources[0].scale.value, 1.7);
+  Parameter ever = diagnosis::make_parameter(Kind::source_step, "motor");
+  EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, ever, 1.7).sources[0].scale.value, 1.7) << "since ever";
+  p.where = "no such source";
+  EXPECT_THROW(diagnosis::with_parameter(machine, p, 1.7), core::InputError);
+}
+
 TEST(Hypothesis, AClockIsAsSureAsTheInputsTimesAre) {
   const auto clock_std = [](const compensation::Measurement& m, double told_row_s) {
     for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m, false, told_row_s))
@@ -345,7 +391,7 @@ TEST(Hypothesis, ExtendedTextParsesToTheMachineWithTheParameter) {
   const mesh::Machine machine = full_house();
   for (const Parameter& p : full_parameters()) {
     SCOPED_TRACE(name_of(p));
-    const double value = p.ratio ? 1.37 : p.low < 0 ? -0.83 : 0.6;
+    const double value = std::min(p.ratio ? 1.37 : p.low < 0 ? -0.83 : 0.6, 0.95 * p.high);
     const mesh::Machine changed = diagnosis::with_parameter(machine, p, value);
     const std::string text = diagnosis::extended_text(machine, p, value, 0.04, "a test");
     const mesh::Machine parsed = mesh::parse_machine(text, machine.path);

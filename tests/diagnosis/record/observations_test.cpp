@@ -67,4 +67,23 @@ TEST(Observations, ARecordWithARowAtEachChangeHasNoChangesOfUncertainTime) {
   EXPECT_EQ(observed(machine, m).told_row_s, 0.0);
 }
 
+/// Inputs hold from row to row, but the clock does not wait.
+TEST(Observations, TheTimeOfDayRunsOnThroughAPause) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 300});
+  m.starts_at_h = 22.0;
+  std::vector<Index> kept;
+  for (Index i = 0; i < m.data.values.rows(); ++i)
+    if (m.time()[i] < 3.1 * 3600 || m.time()[i] > 6.9 * 3600) kept.push_back(i);
+  m.data.values = Eigen::MatrixXd(m.data.values(kept, Eigen::all));
+  mesh::Machine machine = lumped::machine();
+  machine.asks_time_of_day = true;
+  const solver::Channels channels(machine);
+  const diagnosis::Observations seen = observed(machine, m);
+  ASSERT_GT(seen.rows.rows(), 100);
+  for (Index s = 0; s < seen.rows.rows(); ++s) {
+    const double middle = 0.5 * (seen.points[s] + seen.points[s + 1]);
+    EXPECT_NEAR(seen.rows(s, channels.index("day.time_h")), 22.0 + middle / 3600.0, 1e-9) << "step " << s;
+  }
+}
+
 }  // namespace

@@ -118,6 +118,30 @@ TEST(LoadProgram, RowsAreMeansAndInputsPersist) {
   EXPECT_EQ(p.phase_at(2000.0), "phase 2");
 }
 
+TEST(LoadProgram, TellsTheTimeOfDayWhereALawAsks) {
+  mesh::Machine machine = test::slide_machine();
+  const std::string text = std::string(two_phases).replace(1, 10, "schema = 1\nstarts_at = \"22:30\"");
+  const auto rows = [&] { return LoadProgram::parse(text, "loads/night.toml", machine); };
+  EXPECT_EQ(rows().row(0, 60).size(), Channels(machine).size()) << "no law asks, and nothing is told";
+  machine.sources[0].laws.push_back({"day.time_h", {0, 24}, {5, 5}});
+  const LoadProgram program = rows();
+  const int hour = Channels(machine).index("day.time_h");
+  EXPECT_NEAR(program.row(0, 60)[hour], 22.5 + 30.0 / 3600.0, 1e-12);
+  EXPECT_NEAR(program.row(22 * 60 + 3600 - 60, 22 * 60 + 3600)[hour], 22.5 + (22 * 60 + 3600 - 30) / 3600.0, 1e-9);
+  for (const char* wrong : {"24:00", "7:00", "06.30", "noon"}) {
+    const std::string bad =
+        std::string(two_phases).replace(1, 10, "schema = 1\nstarts_at = \"" + std::string(wrong) + "\"");
+    try {
+      LoadProgram::parse(bad, "loads/bad.toml", machine);
+      ADD_FAILURE() << wrong;
+    } catch (const core::InputError& error) {
+      const std::string said = error.what();
+      EXPECT_NE(said.find("starts_at"), std::string::npos) << said;
+      EXPECT_NE(said.find("23:59"), std::string::npos) << said;
+    }
+  }
+}
+
 TEST(LoadProgram, RefusesWhatTheMachineCannotDo) {
   for (const char* bad :
        {"spindle_rpm = 13000", "spindle_rpm = -1", "air_C = [1, 2, 3]", "air_C = 900", "aire_C = 20", "process_W = 100",

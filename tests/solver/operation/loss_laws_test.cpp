@@ -204,7 +204,7 @@ TEST(ContactLaw, ConductanceFollowsThePressure) {
   s.at("axis.X.clamp.on") = 1.0;
   EXPECT_NEAR(guide(), 1500.0 * std::pow(5.0, 0.95), 1e-9);
   mesh::ContactLaw table;
-  table.pressure = 3e6;
+  table.pressure.value = 3e6;
   table.by_pressure = {{1e6, 2e6, 4e6}, {1.0, 1.8, 3.0}};
   EXPECT_NEAR(table.factor(false), 2.4, 1e-12);
   EXPECT_NEAR(table.factor(true), 2.4, 1e-12);  // no other pressure while clamped

@@ -123,6 +123,29 @@ TEST(OperatingModel, PowersFollowTheirLawsOrTheMeasuredDrive) {
   EXPECT_NEAR(driven.source_powers(row)[0], 300.0, 1e-9);
 }
 
+TEST(OperatingModel, ALawOverTheTimeOfDayRepeatsDaily) {
+  mesh::Machine machine = test::slide_machine();
+  EXPECT_EQ(Channels(machine).index("day.time_h"), -1) << "no law asks for it";
+  machine.sources[0].laws = {{"day.time_h", {0, 6, 8, 20, 24}, {10, 10, 90, 90, 10}}};
+  const Layout layout = make_layout(machine, {{0, false, {-0.2, 0.2}}, {-1, false, {0.0}}});
+  const OperatingModel model(machine, layout);
+  Eigen::VectorXd row = model.channels().defaults();
+  const int hour = model.channels().index("day.time_h");
+  ASSERT_EQ(hour, model.channels().size() - 1) << "behind all others, whose places stay";
+  const double scale = machine.sources[0].scale.value;
+  const auto power = [&](double at) {
+    row[hour] = at;
+    return model.source_powers(row)[0] / scale;
+  };
+  const double standstill = power(not_given);
+  for (const double day : {0.0, 24.0, 48.0}) {
+    EXPECT_NEAR(power(day + 3) - standstill, 10, 1e-9);
+    EXPECT_NEAR(power(day + 7) - standstill, 50, 1e-9);
+    EXPECT_NEAR(power(day + 22) - standstill, 50, 1e-9);
+  }
+  EXPECT_NEAR(power(-17) - standstill, 50, 1e-9) << "seven of the day before";
+}
+
 TEST(OperatingModel, AmbientsFollowEachOther) {
   Rig s;
   s.at("air.T_C") = 27.0;

@@ -94,7 +94,7 @@ TEST(JointOfTemperature, CarriesThePowerAtTheTemperatureThatItHas) {
 mesh::Machine radiating(double start_margin = 0.0) {
   mesh::Machine m = test::bar_machine(quick());
   m.films = {test::constant_film("skin", {"skin"}, 0.0)};
-  m.films[0].emissivity = 0.9;
+  m.films[0].emissivity.value = 0.9;
   m.films[0].exact_radiation = true;
   m.ambients[0].default_C = {-273.15 + start_margin, 0.0};  // nothing comes back from 0 K
   return m;
