@@ -25,6 +25,7 @@
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/judge/next_measurement.h"
+#include "diagnosis/judge/place.h"
 #include "diagnosis/judge/residual_analysis.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/report/words.h"
@@ -235,8 +236,10 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   d.measurement = names_of(records);
   d.heldout_from_s = problem.observations.split;
   for (RankedCause& cause : d.causes) {
-    if (const auto& missing = cause.parameter.missing)
-      cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
+    const auto& missing = cause.parameter.missing;
+    if (!missing) continue;
+    cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
+    cause.place = place_of(missing->body, missing->centre, model);
   }
   Hypothesis best = shown(problem, found, d);
   std::vector<Parameter> members;
@@ -271,6 +274,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
     d.next = next_measurement(problem, model, options.programs, d, options);
   d.detectable = detectability(problem, found);
+  if (d.verdict == Verdict::no_discrepancy) d.next.why = nothing_to_decide(d.detectable);
   d.analysis = analyse(problem, solver::Channels(machine));
   const Observations& obs = problem.observations;
   const auto longer_notes = [&](std::size_t k) { return std::vector{longer_note(open[k], obs.each()[k])}; };

@@ -39,6 +39,10 @@ constexpr double stands_still = 1e-3;  ///< an input that varies by less of its 
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double changes_alike = 0.05;  ///< of their largest values: inputs that a record cannot tell apart
 constexpr Index place_directions_kept = 3;
+/// Of a response: a posterior over patches may be narrow, but extent and shape of a source stay unknown. As large as
+/// what its size may wander by in time.
+constexpr double least_place_share = 0.12;
+constexpr double tiny = 1e-20;
 /// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches
 /// beside it do: of the squared radius. Of the boxes alone four in five held the source (patches of 7 cm); set on 15
 /// sources among nine sensors, patches of 24 cm.
@@ -119,10 +123,11 @@ MatrixXd place_directions(const SearchData& seen, const MatrixXd& weights, Index
   const MatrixXd root = metric.eigenvectors() * metric.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(root.transpose() * spread * root));
   MatrixXd directions(m, std::min(m, place_directions_kept));
+  const double least = least_place_share * (own * chosen).norm();
   for (Index i = 0; i < directions.cols(); ++i) {
-    const double square = eigen.eigenvalues()[m - 1 - i];
-    directions.col(i) = square > 0.0
-                            ? VectorXd(spread * (root * eigen.eigenvectors().col(m - 1 - i)) / std::sqrt(square))
+    const double square = eigen.eigenvalues()[m - 1 - i], wide = std::max(1.0, least / std::sqrt(std::max(square, tiny)));
+    directions.col(i) = square > tiny
+                            ? VectorXd(wide * (spread * (root * eigen.eigenvectors().col(m - 1 - i))) / std::sqrt(square))
                             : VectorXd::Zero(m);
   }
   return directions;

@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/text.h"
 #include "core/units.h"
@@ -13,53 +11,11 @@
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/place.h"
 
 namespace thermotwin::diagnosis {
 
-using Eigen::Vector3d;
-
 namespace {
-
-constexpr double outer_third = 1.0 / 3.0;  ///< of a body's half width: beyond it a place is at a side
-constexpr double near_sensor_m = 0.5;
-
-/// Box about the patches of a body's skin, else about its sensors; empty where it has neither.
-Eigen::AlignedBox3d box_of(const std::string& body, const reduction::ReducedModel& model) {
-  Eigen::AlignedBox3d box;
-  for (const reduction::Patch& patch : model.patches.items)
-    if (patch.surface.body == body) box.extend(patch.centre);
-  for (const mesh::SensorSpec& sensor : model.machine.sensors)
-    if (sensor.body == body) box.extend(sensor.point);
-  return box;
-}
-
-/// "left", "right" along x, "front", "rear" along y (the operator stands on the side of negative y), "bottom", "top".
-std::string side_of(const Eigen::AlignedBox3d& box, const Vector3d& at) {
-  static constexpr const char* names[3][2] = {{"left", "right"}, {"front", "rear"}, {"bottom", "top"}};
-  std::string side;
-  for (const int axis : {2, 0, 1}) {
-    const double half = 0.5 * (box.max()[axis] - box.min()[axis]);
-    if (!(half > 0.0)) continue;
-    const double from_middle = (at[axis] - box.center()[axis]) / half;
-    if (std::abs(from_middle) > outer_third)
-      side += (side.empty() ? "" : " ") + std::string(names[axis][from_middle > 0]);
-  }
-  return side.empty() ? "middle" : side;
-}
-
-std::string nearest_sensor(const std::string& body, const Vector3d& at, const mesh::Machine& machine) {
-  std::string nearest;
-  double least = near_sensor_m;
-  for (const bool same_body : {true, false}) {
-    for (const mesh::SensorSpec& sensor : machine.sensors) {
-      if (sensor.body.empty() || (sensor.body == body) != same_body) continue;
-      const double distance = (sensor.point - at).norm();
-      if (distance < least) least = distance, nearest = sensor.id;
-    }
-    if (!nearest.empty()) break;
-  }
-  return nearest;
-}
 
 std::string surfaces_in_words(const std::vector<std::string>& surfaces) {
   return surfaces.empty() ? std::string() : " (" + core::join(surfaces) + ")";
@@ -232,18 +188,6 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
 }
 
 }  // namespace
-
-std::string place_in_words(const std::string& body, const Vector3d& at, const reduction::ReducedModel& model) {
-  const mesh::Machine& machine = model.machine;
-  const Eigen::AlignedBox3d box = box_of(body, model);
-  std::string words = (box.isEmpty() ? std::string() : "the " + side_of(box, at) + " of ") + body;
-  if (!machine.tcp.table_body.empty()) {
-    const double height = (at[2] - machine.tcp.table_point[2]) / core::units::mm;
-    words += fmt::format(", {:.0f} mm {} the table", std::abs(height), height < 0 ? "below" : "above");
-  }
-  const std::string sensor = nearest_sensor(body, at, machine);
-  return sensor.empty() ? words : words + ", near sensor " + sensor;
-}
 
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model) {
   const Parameter& p = cause.parameter;

@@ -17,8 +17,4 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
 /// Of the causes that are named; else of the most probable one of those that share. Empty: nothing to do.
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
 
-/// A place on a body in words of the machine: side of the body, height above the table, nearest sensor.
-/// @param at  m, home frame
-std::string place_in_words(const std::string& body, const Eigen::Vector3d& at, const reduction::ReducedModel& model);
-
 }  // namespace thermotwin::diagnosis

@@ -31,6 +31,13 @@ struct ResidualAnalysis {
   double delay_s = 0, correlation = 0;
 };
 
+/// Where a source that machine.toml does not have is to be looked for.
+struct PlaceOfCause {
+  Eigen::Vector3d on_skin = Eigen::Vector3d::Zero();  ///< m, home frame: the part of the body's skin nearest to it
+  std::string surface;                                ///< nearest named surface of the body; empty: none is near
+  double surface_m = 0;                               ///< its distance
+};
+
 struct RankedCause {
   Parameter parameter;
   double probability = 0, log_evidence = 0;  ///< against none, natural logarithm; of none 0
@@ -38,6 +45,7 @@ struct RankedCause {
   double heldout_explained_percent =
       0;               ///< share of the residual's mean square on held-out data; without a machine of its channel's RMS
   core::Table series;  ///< heat over time of a named source_missing; else empty
+  std::optional<PlaceOfCause> place;  ///< of a named source_missing
 };
 
 /// The measurement that distinguishes the causes best; empty if nothing has to be decided.

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/text.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
@@ -210,6 +211,16 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       "its uncertainty)",
       rivals[0].name(), rivals[1].name(), best);
   return next;
+}
+
+std::string nothing_to_decide(const std::vector<Detectable>& kinds) {
+  std::vector<std::string> unseen;
+  for (const Detectable& row : kinds)
+    if (row.best.empty() && row.invisible > 0) unseen.push_back(name_of(row.kind));
+  const std::string fits = "the machine as stated fits the record, so that nothing has to be decided";
+  if (unseen.empty()) return fits + "; the table of what the record can show has the size from which a cause is seen";
+  return fits + "; this record would not have shown a change of " + core::join(unseen) +
+         ", which needs other loads, poses or sensors";
 }
 
 }  // namespace thermotwin::diagnosis

@@ -4,6 +4,7 @@
 // those at which the predictions of the causes differ most, in units of what a reading is
 // uncertain by: the channel's uncertainty and the discretisation error of its response.
 
+#include <string>
 #include <vector>
 
 #include "diagnosis/judge/diagnosis.h"
@@ -17,5 +18,9 @@ namespace thermotwin::diagnosis {
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
                                  const DiagnoseOptions& options);
+
+/// What is left to know where nothing has to be decided: kinds of which the record would have shown nothing, which a
+/// measurement of another place or load would have to show. One sentence without its full stop.
+std::string nothing_to_decide(const std::vector<Detectable>& kinds);
 
 }  // namespace thermotwin::diagnosis

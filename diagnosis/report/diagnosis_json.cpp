@@ -32,6 +32,13 @@ Json named(const RankedCause& cause, std::size_t number) {
     const Eigen::Vector3d mm = 1e3 * missing->centre;
     json["location"] = {
         {"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
+    if (const auto& place = cause.place) {
+      const Eigen::Vector3d skin_mm = place->on_skin / core::units::mm;
+      json["location"]["on_skin_mm"] = {skin_mm.x(), skin_mm.y(), skin_mm.z()};
+      json["location"]["nearest_surface"] = place->surface.empty() ? Json(nullptr) : Json(place->surface);
+      json["location"]["surface_distance_mm"] =
+          place->surface.empty() ? Json(nullptr) : Json(place->surface_m / core::units::mm);
+    }
     json["series"] = series_file(number);
     json["follows"] = missing->follows;
     if (const auto& daily = missing->daily) {

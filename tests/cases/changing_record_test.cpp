@@ -2,7 +2,11 @@
 // What changes with the time of day, or in the course of a record, from files to diagnosis.json.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/interpolation.h"
 #include "core/table.h"
@@ -77,12 +81,27 @@ compensation::Measurement sunny_record() {
                                          {.sensor_noise_K = 0.03, .probe_noise_um = 0.2, .seed = 12, .mesh_cache = {}});
 }
 
+/// A record without the channel of an input.
+compensation::Measurement without(compensation::Measurement record, const std::string& input) {
+  const auto channel =
+      std::find_if(record.channels.begin(), record.channels.end(), [&](const auto& one) { return one.input == input; });
+  if (channel == record.channels.end()) return record;
+  const Eigen::Index column = channel->column, after = std::ssize(record.data.columns) - column - 1;
+  record.data.columns.erase(record.data.columns.begin() + column);
+  record.data.values.middleCols(column, after) = record.data.values.rightCols(after).eval();
+  record.data.values.conservativeResize(Eigen::NoChange, column + after);
+  record.channels.erase(channel);
+  for (auto& other : record.channels)
+    if (other.column > column) --other.column;
+  return record;
+}
+
 TEST(TimeOfDay, SunIsNamedWithItsHoursWhereARecordStatesTheTimeOfDay) {
   const core::TemporaryFolder folder;
   const std::string model = (folder.path() / "boxes.rom.h5").string(), data = (folder.path() / "record").string();
   reduction::write_model(model, meshed::reduced());
   compensation::Measurement record = sunny_record();
-  std::erase_if(record.channels, [](const auto& channel) { return channel.input == mesh::time_of_day; });
+  record = without(std::move(record), mesh::time_of_day);
   const auto diagnosed = [&] {
     compensation::write_measurement(data, record);
     const Result result =

@@ -35,16 +35,6 @@ reduction::ReducedModel model_with_skin() {
   return model;
 }
 
-TEST(Action, APlaceIsSaidAsAFitterWouldSayIt) {
-  const reduction::ReducedModel model = model_with_skin();
-  EXPECT_EQ(diagnosis::place_in_words("column", {-0.2, 0.1, 0.8}, model),
-            "the top left rear of column, 800 mm above the table, near sensor T3");
-  EXPECT_EQ(diagnosis::place_in_words("column", {0.0, -0.1, 0.5}, model),
-            "the front of column, 500 mm above the table, near sensor T2");
-  EXPECT_EQ(diagnosis::place_in_words("column", {0.2, 0.0, -0.5}, model),
-            "the bottom right of column, 500 mm below the table");
-}
-
 TEST(Action, AMissingSourceIsLookedForWhereItIs) {
   diagnosis::RankedCause ranked = cause(Kind::source_missing, "column (-200, 100, 800) mm", 35.2);
   auto missing = std::make_shared<diagnosis::MissingSource>();
