@@ -125,10 +125,11 @@ MatrixXd place_directions(const SearchData& seen, const MatrixXd& weights, Index
   MatrixXd directions(m, std::min(m, place_directions_kept));
   const double least = least_place_share * (own * chosen).norm();
   for (Index i = 0; i < directions.cols(); ++i) {
-    const double square = eigen.eigenvalues()[m - 1 - i], wide = std::max(1.0, least / std::sqrt(std::max(square, tiny)));
-    directions.col(i) = square > tiny
-                            ? VectorXd(wide * (spread * (root * eigen.eigenvectors().col(m - 1 - i))) / std::sqrt(square))
-                            : VectorXd::Zero(m);
+    const double square = eigen.eigenvalues()[m - 1 - i],
+                 wide = std::max(1.0, least / std::sqrt(std::max(square, tiny)));
+    directions.col(i) =
+        square > tiny ? VectorXd(wide * (spread * (root * eigen.eigenvectors().col(m - 1 - i))) / std::sqrt(square))
+                      : VectorXd::Zero(m);
   }
   return directions;
 }

@@ -65,6 +65,9 @@ private:
   void* data_ = nullptr;
 };
 
+/// The library asks for the name of a file in memory, and refuses one that exists: none does below a device.
+constexpr const char* no_file = "/dev/null/store";
+
 constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
 
 /// Lends the library the bytes of a file, which it would copy twice. They have to outlive the file.
@@ -109,7 +112,7 @@ struct StoreWriter::File {
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     constexpr std::size_t growth = 1u << 20;
     H5Pset_fapl_core(access, growth, 0);
-    return H5Fcreate("model", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    return H5Fcreate(no_file, H5F_ACC_TRUNC, H5P_DEFAULT, access);
   }
   void check(bool good) const {
     if (!good) throw core::SolverError(name + ": HDF5 could not make the file (out of memory)");
@@ -260,7 +263,7 @@ struct StoreReader::File {
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     constexpr std::size_t growth = 1u << 20;
     if (H5Pset_fapl_core(access, growth, 0) < 0 || !LentImage::set(access, bytes)) return -1;
-    return H5Fopen("model", H5F_ACC_RDONLY, access);
+    return H5Fopen(no_file, H5F_ACC_RDONLY, access);
   }
 
   [[noreturn]] void damaged(const std::string& object) const {

@@ -2,10 +2,10 @@
 // What changes with the time of day, or in the course of a record, from files to diagnosis.json.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/interpolation.h"

@@ -88,6 +88,7 @@ Program::Program(const std::vector<std::string>& arguments, const Surroundings& 
       const rlimit limit{surroundings.memory, surroundings.memory};
       ::setrlimit(RLIMIT_AS, &limit);
     }
+    if (!surroundings.folder.empty() && ::chdir(surroundings.folder.c_str()) != 0) ::_exit(126);
     ::execve(argv[0], argv.data(), envp.data());
     ::_exit(127);
   }

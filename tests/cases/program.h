@@ -20,6 +20,7 @@ struct Surroundings {
   std::uint64_t memory = 0;        ///< bytes of address space (0: no limit)
   std::string output;              ///< file that takes standard output, e.g. /dev/full
   bool display = false;            ///< keeps DISPLAY; else no picture is drawn
+  std::string folder;              ///< that it is started in; empty: that of the test
 };
 
 /// Killed after two minutes, which no test needs.

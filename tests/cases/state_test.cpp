@@ -106,6 +106,16 @@ TEST_F(State, AFileThatFailsHalfWayLeavesTheStateBeforeIt) {
   EXPECT_EQ(read(file("state")), after);
 }
 
+// A folder of any name beside the model is nobody's business: HDF5 refuses names that exist.
+TEST_F(State, AFolderCalledModelIsNoObstacle) {
+  std::filesystem::create_directories(file("model"));
+  std::filesystem::copy_file(toy_model(), file("model/model.rom.h5"));
+  const Result result =
+      thermotwin({"export", "model/model.rom.h5", "--c", "source"}, "", {.output = "", .folder = file("")});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_TRUE(std::filesystem::is_directory(file("source")));
+}
+
 // The exported source and `compensate` are the same core: their states are the same file.
 TEST_F(State, TheExportedSourceSavesTheSameBytes) {
   ASSERT_EQ(thermotwin({"export", toy_model(), "--c", file("c")}).status, 0);
