@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <future>
@@ -194,6 +195,45 @@ TEST_F(ServedPage, AKilledPageComesBackWithTheLastDay) {
   const Result result = program_.wait();
   EXPECT_EQ(result.status, 0);
   EXPECT_SAYS(result.err, "serve: the page has ended (signal 9)");
+}
+
+nlohmann::json history_of(int port, std::size_t points) {
+  nlohmann::json day;
+  for (int i = 0; i < 400 && (!day.is_object() || day["points"].size() < points); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    day = json_of(fetched(port, "/history"));
+  }
+  return day;
+}
+
+// All processes die, as in a power cut, in the middle of a line.
+TEST_F(ServedPage, TheLastDayOutlivesTheFront) {
+  ASSERT_GE(history_of(port_, 60)["points"].size(), 60U);
+  program_.send(SIGKILL);
+  EXPECT_EQ(program_.wait().status, -SIGKILL);
+  kill_all("model"), kill_all("page");
+  const std::string before = read(state() + ".day");
+  toy_.write("serve.state.day", before + before.substr(before.size() / 2, 100));
+  const int port = free_port();
+  Program again(arguments({"--port", std::to_string(port)}));
+  again.write(header);
+  for (int i = 0; i <= 3; ++i) again.write(warm_row(18300 + 60.0 * i));
+  const nlohmann::json day = history_of(port, 62);
+  ASSERT_GE(day["points"].size(), 62U);
+  double last = -1;
+  for (const nlohmann::json& point : day["points"]) {
+    EXPECT_GT(double{point["t"]}, last);
+    last = point["t"];
+  }
+  EXPECT_EQ(day["points"][0]["t"], 0.0);
+  EXPECT_EQ(again.wait().status, 0);
+  // Without the state, time begins anew, and the day with it.
+  std::filesystem::remove(state());
+  Program anew(arguments({"--port", std::to_string(port)}));
+  anew.write(header);
+  for (int i = 0; i <= 3; ++i) anew.write(warm_row(60.0 * i));
+  EXPECT_LE(history_of(port, 3)["points"].size(), 4U);
+  EXPECT_EQ(anew.wait().status, 0);
 }
 
 TEST_F(ServedPage, ShowsTheMachineInABrowser) {

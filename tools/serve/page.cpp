@@ -20,6 +20,7 @@
 #include "core/text.h"
 #include "solver/export/scene_file.h"
 #include "tools/reduced_scene.h"
+#include "tools/serve/day_file.h"
 #include "tools/serve/page_feed.h"
 #include "tools/serve/page_script.h"
 
@@ -81,10 +82,12 @@ std::string page_of(const std::filesystem::path& model_file) {
 class Day {
 public:
   explicit Day(double every) : every_(every) {}
-  void add(double time, const nlohmann::json& entry) {
-    if (!entries_.empty() && time - entries_.back().first < every_) return;
+  /// @return whether it is one of the entries
+  bool add(double time, const nlohmann::json& entry) {
+    if (!entries_.empty() && time - entries_.back().first < every_) return false;
     entries_.emplace_back(time, entry.dump());
     while (entries_.front().first < time - day_s) entries_.pop_front();
+    return true;
   }
   std::string list() const {
     std::string text;
@@ -99,14 +102,20 @@ private:
 
 class Moments {
 public:
-  explicit Moments(PageFeed& feed) : feed_(feed) {}
+  Moments(PageFeed& feed, const std::filesystem::path& day_file) : feed_(feed), on_disk_(day_file) {}
 
   void show(const std::string& line) {
     const nlohmann::json moment = nlohmann::json::parse(line, nullptr, false);
     if (!moment.is_object() || !moment.contains("run_s")) return;
     const double time = moment["run_s"];
-    keep(moment, time);
     const std::lock_guard lock(feed_.mutex);
+    if (std::exchange(is_first_, false)) {
+      for (const std::string& earlier : on_disk_.before(time)) {
+        const nlohmann::json before = nlohmann::json::parse(earlier, nullptr, false);
+        keep(before, before["run_s"]);
+      }
+    }
+    if (keep(moment, time)) on_disk_.append(time, line);
     feed_.now = line;
     feed_.history = [this] { return "{\"points\":" + points_.list() + ",\"fields\":" + fields_.list() + "}"; };
     ++feed_.version;
@@ -114,26 +123,29 @@ public:
   }
 
 private:
-  void keep(const nlohmann::json& moment, double time) {
+  /// @return whether a point of the last day was added
+  bool keep(const nlohmann::json& moment, double time) {
     nlohmann::json point = {{"t", time}};
     for (const std::string axis : moment["axes"]) {
       point["o"].push_back(moment["offset_um"][axis]);
       point["s"].push_back(moment["std_um"][axis]);
     }
-    points_.add(time, point);
-    if (!moment.contains("errors_um")) return;
+    const bool is_point = points_.add(time, point);
+    if (!moment.contains("errors_um")) return is_point;
     nlohmann::json field = {{"t", time}, {"errors_um", moment["errors_um"]}};
     if (moment.contains("modes")) field["modes"] = moment["modes"];
-    fields_.add(time, field);
+    return fields_.add(time, field) || is_point;
   }
 
   PageFeed& feed_;
+  DayFile on_disk_;
+  bool is_first_ = true;
   Day points_{point_s}, fields_{field_s};
 };
 
 }  // namespace
 
-void show_page(const std::filesystem::path& model_file, int port) {
+void show_page(const std::filesystem::path& model_file, const std::filesystem::path& day_file, int port) {
   // The server's threads live as long as the process, and so does what they read.
   static PageFeed& feed = *new PageFeed;
   feed.page = page_of(model_file);
@@ -144,7 +156,7 @@ void show_page(const std::filesystem::path& model_file, int port) {
     throw core::InputError(fmt::format("--port {}", port), "cannot be had on 127.0.0.1",
                            "a port that no other program has");
   core::log_line(fmt::format("page: http://127.0.0.1:{}/", port));
-  Moments moments(feed);
+  Moments moments(feed, day_file);
   for (std::string line; std::getline(std::cin, line);) {
     core::check_interrupt();
     moments.show(line);

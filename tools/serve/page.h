@@ -10,7 +10,8 @@ namespace thermotwin::tools {
 
 /// Serves the page on 127.0.0.1 and reads moments, a line of JSON each, from standard input until it ends.
 /// @param model_file  scene.bin beside it has the skin of the machine, if any
+/// @param day_file  keeps the last 24 h for the next start; empty: they are not kept
 /// @throws InputError where the port is taken or the model cannot be read
-void show_page(const std::filesystem::path& model_file, int port);
+void show_page(const std::filesystem::path& model_file, const std::filesystem::path& day_file, int port);
 
 }  // namespace thermotwin::tools

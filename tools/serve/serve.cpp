@@ -67,10 +67,14 @@ std::vector<std::string> model_command(const ServeOptions& options) {
   return command;
 }
 
+fs::path state_of(const ServeOptions& options) {
+  return options.state.empty() ? options.model.parent_path() / "serve.state" : options.state;
+}
+
 std::vector<std::string> page_command(const ServeOptions& options) {
   if (options.port == 0) return {};
-  std::vector<std::string> command = {own_program(), "serve",  options.model.string(),      "--part",
-                                      "page",        "--port", std::to_string(options.port)};
+  std::vector<std::string> command = {own_program(), "serve", options.model.string(), "--part", "page"};
+  command.insert(command.end(), {"--port", std::to_string(options.port), "--state", state_of(options).string()});
   if (options.quiet) command.emplace_back("--quiet");
   return command;
 }
@@ -82,14 +86,13 @@ void become_front(const ServeOptions& options) {
     throw core::InputError(options.model.string(), "is no file", "a reduced model, model.rom.h5");
   if (options.port > 0) require_free(options.port);
   const fs::path program = front_program();
-  const FrontOptions front = {
-      .model = options.model,
-      .state = options.state.empty() ? options.model.parent_path() / "serve.state" : options.state,
-      .socket = options.socket,
-      .json_lines = options.json_lines,
-      .quiet = options.quiet,
-      .model_command = model_command(options),
-      .page_command = page_command(options)};
+  const FrontOptions front = {.model = options.model,
+                              .state = state_of(options),
+                              .socket = options.socket,
+                              .json_lines = options.json_lines,
+                              .quiet = options.quiet,
+                              .model_command = model_command(options),
+                              .page_command = page_command(options)};
   const std::string text = nlohmann::json(front).dump();
   ::execl(program.c_str(), program.c_str(), text.c_str(), nullptr);
   throw core::SolverError(fmt::format("serve: {}: {}", program.string(), std::strerror(errno)));
@@ -100,7 +103,7 @@ void become_front(const ServeOptions& options) {
 void serve(const ServeOptions& options) {
   switch (options.part) {
     case ServePart::whole: become_front(options); return;
-    case ServePart::page: show_page(options.model, options.port); return;
+    case ServePart::page: show_page(options.model, options.state.string() + ".day", options.port); return;
     case ServePart::model: break;
   }
   CompensateOptions rows = options;
