@@ -120,6 +120,11 @@ void write_tables(const compensation::Evaluation& evaluation, const std::filesys
     models += model.to_toml();
     for (const std::string& line : model.explain()) explained += line + "\n";
   }
+  for (const compensation::FittedModel& model : evaluation.models) {
+    if (const std::string picture = compensation::step_responses_svg(model); !picture.empty())
+      core::write_file(folder / ("step_response_" + model.name() + ".svg"), picture);
+    for (const std::string& line : compensation::stability_lines(model)) explained += line + "\n";
+  }
   core::write_file(folder / "models.toml", models);
   core::write_file(folder / "models.txt", explained);
   core::write_file(folder / "leaderboard.svg", compensation::leaderboard_svg(evaluation));
@@ -146,6 +151,41 @@ nlohmann::json json_of(const compensation::Evaluation& evaluation) {
   json["notes"] = evaluation.notes;
   if (!evaluation.observer.empty()) json["observer"] = evaluation.observer;
   return json;
+}
+
+/// All step responses, and one line about them; empty: no model is a linear filter.
+std::string stability(const compensation::Evaluation& evaluation, nlohmann::json& json) {
+  std::string slowest, names;
+  double longest = -1.0;
+  std::size_t count = 0, unstable = 0;
+  for (const compensation::FittedModel& model : evaluation.models) {
+    for (const auto& channel : model.step_responses()) {
+      if (names.find(model.name() + ".svg") == std::string::npos)
+        names += (names.empty() ? "" : ", ") + fmt::format("step_response_{}.svg", model.name());
+      for (const auto& response : channel.responses) {
+        count += 1;
+        unstable += response.stable() ? 0 : 1;
+        if (response.settling_s > longest) {
+          longest = response.settling_s;
+          slowest = fmt::format("{} {}, {}", model.name(), channel.channel, response.input);
+        }
+        json["step_responses"].push_back(
+            {{"model", model.name()},
+             {"channel", channel.channel},
+             {"unit", channel.unit},
+             {"input", response.input},
+             {"stable", response.stable()},
+             {"largest_pole", response.largest_pole},
+             {"end", response.end},
+             {"settling_h", response.settling_s / core::units::hour},
+             {"interval_s", response.interval_s},
+             {"values", std::vector<double>(response.values.begin(), response.values.end())}});
+      }
+    }
+  }
+  if (count == 0) return {};
+  return fmt::format("stability   {} of {} step responses settle, the slowest after {:.3g} h ({}); {}\n",
+                     count - unstable, count, longest / core::units::hour, slowest, names);
 }
 
 nlohmann::json json_of(const compensation::CrossExperiment& cross) {
@@ -202,6 +242,7 @@ void evaluate(const EvaluateOptions& options) {
               ? tables
               : fmt::format("a table for each channel ({} lines) in {}\n", lines, (folder / "tables.txt").string());
   if (!evaluation.observer.empty()) text += "\n" + evaluation.observer;
+  text += stability(evaluation, json);
   text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n",
                       predictions);
   if (options.cross) {

@@ -122,6 +122,56 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   return plot.file();
 }
 
+std::string step_responses_svg(const FittedModel& model) {
+  std::vector<std::pair<const FittedModel::ChannelSteps*, const StepResponse*>> drawn;
+  const std::vector<FittedModel::ChannelSteps> channels = model.step_responses();
+  for (const auto& channel : channels)
+    for (const StepResponse& response : channel.responses) drawn.emplace_back(&channel, &response);
+  if (drawn.empty()) return {};
+  constexpr double left = 70, top = 60, width = 340, height = 170, across = 450, down = 250;
+  constexpr std::size_t columns = 2;
+  const std::string title = model.name() + ": answers to a unit step of one input";
+  const double rows = (drawn.size() + columns - 1) / columns;
+  core::Plot plot(columns * across, rows * down + 40.0, title);
+  plot.title(left, 24, title);
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const auto& [channel, response] = drawn[i];
+    const VectorXd hours =
+        VectorXd::LinSpaced(response->values.size(), 0.0, (response->values.size() - 1) * response->interval_s) /
+        core::units::hour;
+    core::Axis time{"time in h"}, value{core::unit_text(channel->unit) + " per unit"};
+    time.include(hours);
+    time.close();
+    value.include(0.0);
+    value.include(response->end);
+    value.include(response->values);
+    value.close(0.05);
+    const core::Frame frame{left + across * (i % columns), top + down * (i / columns), width, height};
+    core::Panel panel(plot, frame, time, value);
+    panel.y_axis();
+    panel.x_axis();
+    panel.line(hours, response->values, Ink::blue);
+    panel.level(response->end, "");
+    plot.text(
+        frame.left, frame.top - 8,
+        fmt::format("{}, step of {}{}", channel->channel, response->input, response->stable() ? "" : ", unstable"));
+  }
+  return plot.file();
+}
+
+std::vector<std::string> stability_lines(const FittedModel& model) {
+  std::vector<std::string> lines;
+  for (const auto& channel : model.step_responses()) {
+    for (const StepResponse& response : channel.responses) {
+      lines.push_back(fmt::format("{} {}, step of {}: {}, largest pole {:.6f}; {:.4g} {} per unit, 95 % after {:.3g} h",
+                                  model.name(), channel.channel, response.input,
+                                  response.stable() ? "stable" : "unstable", response.largest_pole, response.end,
+                                  channel.unit, response.settling_s / core::units::hour));
+    }
+  }
+  return lines;
+}
+
 Quartiles quartiles(const VectorXd& values) {
   std::vector<double> sorted;
   for (const double value : values) {

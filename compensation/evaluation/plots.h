@@ -7,6 +7,7 @@
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"
+#include "compensation/models/fitted_model.h"
 
 namespace thermotwin::compensation {
 
@@ -16,6 +17,11 @@ std::string leaderboard_svg(const Evaluation& evaluation);
 /// Displacement and the predictions of the best models and of the static regression over time, the
 /// residual of each below; what a fit saw is shaded.
 std::string channel_svg(const Evaluation& evaluation, const std::string& channel);
+
+/// A panel for each channel and input of a model of linear filters; empty: it is none.
+std::string step_responses_svg(const FittedModel& model);
+/// "output_error dx@1, step of T2: stable, ..." for each of these panels.
+std::vector<std::string> stability_lines(const FittedModel& model);
 
 /// Channels that have rows, in order.
 std::vector<std::string> scored_channels(const Evaluation& evaluation);

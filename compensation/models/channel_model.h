@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "compensation/measurement/dataset.h"
 #include "compensation/models/parameter_store.h"
@@ -23,6 +24,18 @@ public:
   virtual double step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs) = 0;
 };
 
+/// How one input of a linear filter acts alone: the answer to a unit step at 0 s (Mares et al. 2020, Figs. 6, 8, 10).
+struct StepResponse {
+  std::string input;        ///< id; "T2 - ambient": a difference
+  double interval_s = 0;    ///< between values
+  Eigen::VectorXd values;   ///< displacement per unit of the input, over twice the settling time
+  double end = 0;           ///< the value that it settles at
+  double settling_s = 0;    ///< until it stays within 5 % of the end
+  double largest_pole = 0;  ///< magnitude
+
+  bool stable() const { return largest_pole < 1.0; }
+};
+
 class ChannelModel {
 public:
   virtual ~ChannelModel() = default;
@@ -34,6 +47,8 @@ public:
   /// Why the fit just made is doubtful: a bound of a search that it lies at, another model that it fell back on. Empty:
   /// nothing.
   virtual std::string caution() const { return {}; }
+  /// One for each input of a linear filter; empty: the model is none.
+  virtual std::vector<StepResponse> step_responses() const { return {}; }
   virtual void save(Archive& archive) const = 0;
   /// @param info  inputs that the model was fitted with  @throws InputError
   virtual void load(const Archive& archive, const std::vector<InputInfo>& info) = 0;

@@ -481,6 +481,15 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
   return text;
 }
 
+std::vector<FittedModel::ChannelSteps> FittedModel::step_responses() const {
+  std::vector<ChannelSteps> channels;
+  for (const Member& member : members_) {
+    std::vector<StepResponse> responses = member.model->step_responses();
+    if (!responses.empty()) channels.push_back({member.channel, member.unit, std::move(responses)});
+  }
+  return channels;
+}
+
 std::vector<std::string> FittedModel::explain() const {
   std::vector<std::string> lines;
   for (const Member& member : members_) {

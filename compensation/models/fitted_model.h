@@ -45,6 +45,12 @@ public:
 
   /// Parameters of each channel in words.
   std::vector<std::string> explain() const;
+  /// Step responses of the fits that are linear filters.
+  struct ChannelSteps {
+    std::string channel, unit;
+    std::vector<StepResponse> responses;
+  };
+  std::vector<ChannelSteps> step_responses() const;
   /// Channels that could not be fitted, and why.
   const std::vector<std::string>& left_out() const { return left_out_; }
   /// Channels that refuse_diverging took away, and why.

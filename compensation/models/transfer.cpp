@@ -30,7 +30,8 @@ using Eigen::VectorXd;
 constexpr std::size_t most_inputs = 4;
 constexpr Index highest_order = 3;
 constexpr int thirds = 3;
-constexpr double most_samples = 4000;  ///< of a grid, where little of a long record may be fitted
+constexpr Index most_step_values = 400;  ///< about, of a step response
+constexpr double most_samples = 4000;    ///< of a grid, where little of a long record may be fitted
 
 /// Differences to the ambient temperature, where it is known.
 void relate_to_ambient(const std::vector<InputInfo>& info, Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> row) {
@@ -385,14 +386,24 @@ public:
     std::string text =
         fmt::format("{} order {}, grid {:.4g} s, largest pole {:.5f}, held-out rms {:.3g} {};", method_name(method_),
                     set_.order(), set_.step, set_.largest_pole(), held_out_rms_, unit);
-    const bool related = ambient_input(all_) >= 0;
     for (Index i = 0; i < set_.b.rows(); ++i) {
-      const InputInfo& info = set_.info[i];
-      text += fmt::format(" {}{}: {:.4g} {} per unit, 95 % after {:.3g} h;", info.id,
-                          related && info.temperature && !info.ambient ? " - ambient" : "", set_.static_gain(i), unit,
+      text += fmt::format(" {}: {:.4g} {} per unit, 95 % after {:.3g} h;", input_name(i), set_.static_gain(i), unit,
                           set_.settling_time(i) / core::units::hour);
     }
     return text + fmt::format(" constant {:.4g} {}", set_.constant, unit);
+  }
+
+  std::vector<StepResponse> step_responses() const override {
+    std::vector<StepResponse> responses;
+    for (Index i = 0; i < set_.b.rows(); ++i) {
+      const double settling = set_.settling_time(i);
+      const auto samples = static_cast<Index>(2.0 * settling / set_.step) + 10;
+      const Index every = std::max<Index>(1, samples / most_step_values);
+      const VectorXd values = set_.step_response(i, samples);
+      responses.push_back({input_name(i), every * set_.step, values(Eigen::seq(0, Eigen::last, every)),
+                           set_.static_gain(i), settling, set_.largest_pole(i)});
+    }
+    return responses;
   }
 
   void save(Archive& archive) const override {
@@ -456,6 +467,12 @@ private:
     TransferSet from_rest = settled.run(method_);
     const bool rests = settled.left() <= settled_share * settled_share * free.left();
     return {{order, rests}, std::move(rests ? from_rest : set)};
+  }
+
+  /// Of an input that enters as a difference, what it is a difference to.
+  std::string input_name(Index input) const {
+    const InputInfo& info = set_.info[input];
+    return info.id + (ambient_input(all_) >= 0 && info.temperature && !info.ambient ? " - ambient" : "");
   }
 
   TransferMethod method_;

@@ -160,10 +160,13 @@ double TransferSet::settling_time(Index input) const {
   return (last + 1) * step;
 }
 
+double TransferSet::largest_pole(Index input) const {
+  return order() == 0 ? 0.0 : poles_of(f.row(input).transpose()).cwiseAbs().maxCoeff();
+}
+
 double TransferSet::largest_pole() const {
   double largest = 0.0;
-  for (Index i = 0; i < f.rows(); ++i)
-    largest = std::max(largest, order() == 0 ? 0.0 : poles_of(f.row(i).transpose()).cwiseAbs().maxCoeff());
+  for (Index i = 0; i < f.rows(); ++i) largest = std::max(largest, largest_pole(i));
   return largest;
 }
 

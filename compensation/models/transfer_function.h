@@ -32,6 +32,8 @@ struct TransferSet {
   Eigen::VectorXd step_response(Eigen::Index input, Eigen::Index samples) const;
   /// Time until the step response stays within 5 % of its end, s.
   double settling_time(Eigen::Index input) const;
+  /// Largest magnitude of the poles of one input.
+  double largest_pole(Eigen::Index input) const;
   /// Largest magnitude of any pole.
   double largest_pole() const;
 };

@@ -173,6 +173,16 @@ void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
   if (const auto tcp = root.table_if("tcp")) machine.tcp = read_tcp(*tcp, draft);
 }
 
+/// Whether the axis moves the tool and not the table, as the B axis of a turning-milling centre.
+bool carries_tool_only(const Machine& machine, const std::string& axis) {
+  const auto carries = [&](const std::string& id) {
+    for (int body = machine.body_index(id); body >= 0; body = machine.body_index(machine.bodies[body].parent))
+      if (machine.bodies[body].axis == axis) return true;
+    return false;
+  };
+  return machine.has_tcp() && carries(machine.tcp.tool_body) && !carries(machine.tcp.table_body);
+}
+
 void read_workspace(const Node& root, Draft& draft) {
   const auto node = root.table_if("workspace");
   if (!node) return;
@@ -198,8 +208,9 @@ void read_workspace(const Node& root, Draft& draft) {
       }
     }
     for (double& position : positions) position *= unit;
-    (linear ? workspace.axes : workspace.table_axes).push_back(axis.id);
-    (linear ? workspace.positions : workspace.table_positions).push_back(std::move(positions));
+    const bool tool_side = linear || carries_tool_only(machine, axis.id);
+    (tool_side ? workspace.axes : workspace.table_axes).push_back(axis.id);
+    (tool_side ? workspace.positions : workspace.table_positions).push_back(std::move(positions));
   }
   node->finish();
 }

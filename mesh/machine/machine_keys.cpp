@@ -261,14 +261,16 @@ const KeyTable tcp{
                     "proportional to the distance from the table's axis."),
     }};
 
-const KeyTable workspace{"workspace",
-                         "Positions of the axes whose product is the grid of poses; usually three an axis.",
-                         {
-                             key::numbers("<axis>_mm", "mm", any_number, Absent{"the axis stands at 0"},
-                                          "Rising positions of a linear axis within its travel."),
-                             key::numbers("<axis>_deg", "deg", any_number, Absent{"the axis stands at 0"},
-                                          "Rising positions of a rotary axis: the table side's own grid."),
-                         }};
+const KeyTable workspace{
+    "workspace",
+    "Positions of the axes whose product is the grid of poses; usually three an axis.",
+    {
+        key::numbers("<axis>_mm", "mm", any_number, Absent{"the axis stands at 0"},
+                     "Rising positions of a linear axis within its travel."),
+        key::numbers("<axis>_deg", "deg", any_number, Absent{"the axis stands at 0"},
+                     "Rising positions of a rotary axis: the table side's own grid, or where it carries the tool, "
+                     "part of the tool side's."),
+    }};
 
 KeyTable table_of_machine() {
   return {"machine.toml",

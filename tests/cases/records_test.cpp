@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -206,6 +207,36 @@ TEST(EvaluateRecord, RanksAFitAtABoundLastAndSaysWhy) {
                     standing["caution"].get<std::string>().find("at the bound") != std::string::npos);
   }
   EXPECT_TRUE(said) << carried.out;
+}
+
+TEST(EvaluateRecord, DrawsAndChecksStepResponses) {
+  const Toy toy;
+  // z follows T1 by 5 um/K with a lag of 1 h.
+  double slow = 0;
+  write_record(toy, "lag", 40, [&](double hour) {
+    const double warm = 2 * std::sin(hour / 3) + std::sin(1.9 * hour);
+    slow += (warm - slow) * interval_s / 3600.0;
+    return Row{{20 + warm}, 5 * slow};
+  });
+  const std::vector<std::string> arguments{"evaluate", "--data", toy.file("lag"), "--models",
+                                           "output_error,static_regression"};
+  const Result said = toy.run(arguments);
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_SAYS(said.out, "stability   1 of 1 step responses settle, the slowest after");
+  EXPECT_SAYS(said.out, "step_response_output_error.svg");
+  EXPECT_SAYS(read(toy.result("evaluation/models.txt")), "output_error z, step of T1: stable, largest pole 0.");
+  const std::string picture = read(toy.result("evaluation/step_response_output_error.svg"));
+  EXPECT_SAYS(picture, ">z, step of T1<");
+  EXPECT_SAYS(picture, "class=\"line blue\"");
+  EXPECT_FALSE(std::filesystem::exists(toy.result("evaluation/step_response_static_regression.svg")));
+  std::vector<std::string> as_json = arguments;
+  as_json.emplace_back("--json");
+  const json steps = json::parse(toy.run(as_json).out)["step_responses"];
+  ASSERT_EQ(steps.size(), 1U);
+  EXPECT_EQ(steps[0]["stable"], true);
+  EXPECT_NEAR(steps[0]["end"].get<double>(), 5.0, 0.2);
+  EXPECT_NEAR(steps[0]["settling_h"].get<double>(), 3.0, 0.3);
+  EXPECT_NEAR(steps[0]["values"].back().get<double>(), 5.0, 0.3);
 }
 
 TEST(EvaluateRecord, ASelectionWithoutInputFallsBackAndSaysSo) {

@@ -209,6 +209,26 @@ TEST(TransferModels, AShortRecordFromRestTellsASlowTimeConstant) {
   }
 }
 
+TEST(TransferModels, TellTheStepResponseOfEachInput) {
+  const SecondOrder system(3);
+  const auto model = make_transfer_model(TransferMethod::output_error);
+  fit(*model, system.record, system.truth, 500);
+  const std::vector<StepResponse> responses = model->step_responses();
+  ASSERT_EQ(responses.size(), 1U);
+  const StepResponse& step = responses[0];
+  EXPECT_EQ(step.input, test::temperature_inputs(1)[0].id);
+  EXPECT_TRUE(step.stable());
+  EXPECT_NEAR(step.end, 4.0, 0.1);
+  // 95 % of two lags of 1500 and 6000 s in a row: 1 - (6000 e^(-t/6000) - 1500 e^(-t/1500)) / 4500.
+  EXPECT_NEAR(step.settling_s, 19700.0, 1000.0);
+  EXPECT_NEAR((std::ssize(step.values) - 1) * step.interval_s, 2.0 * step.settling_s, 0.1 * step.settling_s);
+  const auto at = static_cast<Index>(6000.0 / step.interval_s);
+  const double time = at * step.interval_s;
+  EXPECT_NEAR(step.values[at],
+              4.0 * (1.0 - (6000.0 * std::exp(-time / 6000.0) - 1500.0 * std::exp(-time / 1500.0)) / 4500.0), 0.15);
+  EXPECT_TRUE(make_static_regression()->step_responses().empty()) << "no filter";
+}
+
 TEST(TransferModels, TheStepResponseSettlesAtTheGain) {
   TransferSet set;
   set.step = 60.0;

@@ -1,0 +1,367 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mareš et al. (2020) on cases/turnmill: set-ups of milling, drilling and turning, superposition, a second machine.
+
+Each machine is the full model with other parameters, on a finer mesh, with another time scheme and noise. Transfer
+functions of the ambient (eps_1) are fitted to the surroundings test alone, those of a spindle (eps_2) to what eps_1
+leaves of its heating and cooling, and both are added (eq. 6); gamma_1 takes the main spindle's speed (eq. 7).
+Directions are those of the document: X is vertical (dz of the model), Z along the spindle (dx), Y across (dy).
+"""
+import json
+import random
+import shutil
+import statistics
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from published.measured_machine import (PROBE_UM, case_at, column, factor_of, fit_percent, perturbed, record, replaced,
+                                        rows_of, zeroed)
+from published.records import Record
+
+POSES = {
+    "milling": {"Z_mm": 0, "X_mm": 100, "B_deg": 0},
+    "drilling": {"Z_mm": 600, "X_mm": -250, "B_deg": 90},
+    "turning": {"Z_mm": 0, "X_mm": 0, "B_deg": 0},
+    "counter": {"Z_mm": 1500, "X_mm": 100, "B_deg": 0},
+}
+PROGRAMS = {
+    "milling": ["surroundings", "milling_1400", "milling_spectrum"],
+    "drilling": ["surroundings", "milling_1400", "drilling_spectrum"],
+    "turning": ["surroundings", "turning_1000", "turning_spectrum"],
+    "counter": ["counter_spectrum"],
+    "second": ["second_spectrum"],
+}
+DIRECTIONS = {"X": "dz@1", "Y": "dy@1", "Z": "dx@1"}
+AMBIENT, DIFFERENCE, SPEED = "T_s", "dT_S", "axis.C.feed_deg_min"
+PROBES_MM = (50.0, 150.0)   # places on the mandrel in the main spindle, X1 and X2: 100 mm apart (eq. 1)
+TURNING = "rb@1"
+SECOND = 1000               # added to a seed: the second machine
+SECOND_SPREAD = 2.0         # of its parameters: other assembly and wear
+FACTOR_HOURS = 6.5          # the first spectrum, from which the correction factor is taken
+SUM = "eps_1 + eps_2"
+
+# set-up, direction, figure in print (fit, %; section 5.2: reduction), sensor of the spindle
+ROWS = [
+    ("milling", "X", "71"), ("drilling", "Z", "77"), ("turning", "angle", "68"), ("drilling", "X", "10"),
+    ("drilling", "Y", "74"), ("turning", "X", "53"), ("turning", "Y", "60"), ("turning", "Z", "74"),
+    ("second machine, as it is", "X", "-"), ("second machine, one factor", "X", "85 (factor 0.7)"),
+    ("counter spindle", "X", "80"),
+]
+
+
+def of_counter_spindle(text):
+    """machine.toml with the workpiece in the counter spindle."""
+    text = replaced(text, r"^kinematic_chain = [^\n]*", 'kinematic_chain = "V [w b Z X Y B (C1) t]"', "machine.toml")
+    text = replaced(text, r'^table_body = "main_spindle"', 'table_body = "counter_spindle"', "machine.toml")
+    text = replaced(text, r'^table_surface = "main_spindle.face"', 'table_surface = "counter_spindle.face"',
+                    "machine.toml")
+    return replaced(text, r"^table_point_mm = \[0, 0, 0\]", "table_point_mm = [2100, 0, 0]", "machine.toml")
+
+
+def changes(setup, text):
+    return of_counter_spindle(text) if setup == "counter" else text
+
+
+class Machine:
+    """Records of one perturbed machine in the set-ups that are asked for."""
+
+    def __init__(self, run, case, out, seed, size, spread=1.0):
+        self.run, self.case, self.out, self.seed, self.size, self.spread = run, case, Path(out), seed, size, spread
+
+    def record(self, setup, load, key=None):
+        """Measurement folder; measured once. @param key  of PROGRAMS, which are run together"""
+        key = key or setup
+        folder = self.out / key
+        if not (folder / "records" / load / "channels.toml").exists():
+            def change(text):
+                return changes(setup, perturbed(text, self.seed, self.spread))
+            own = case_at(self.case, folder / "case", POSES[setup], PROGRAMS[key], change)
+            self.run("campaign", own, "--size", self.size, "--out", folder, "--quiet", "--threads", 1)
+            for name in PROGRAMS[key]:
+                errors = record(folder / "campaign", name, folder / "records" / name, self.seed)
+                if setup == "turning":
+                    self.add_angle(folder / "records" / name, errors)
+        return folder / "records" / load
+
+    def add_angle(self, folder, errors):
+        """The angle from two probes on the mandrel in the main spindle, by `measure analyse`."""
+        two_probes(self.run, folder, errors, f"mandrel {self.seed} {folder.name}")
+
+
+def two_probes(run, folder, errors, seed):
+    """Readings of X1 and X2, from which `measure analyse` computes the angle; it joins the record as rb@1.
+
+    @param errors  quantity: values of the tool against the workpiece at the tool point, um and um/m
+    """
+    noise = random.Random(seed)
+    mandrel = folder / "mandrel"
+    mandrel.mkdir(exist_ok=True)
+    tool_x = POSES["turning"]["Z_mm"] + 300.0   # mm, of the tool point at home and by Z
+    text = 'schema = 1\nmandrel = "table"\nquantities = ["dz", "rb"]\npoint_mm = [100, 0, 0]\nreference = "absolute"\n'
+    for name, place in zip(("X1", "X2"), PROBES_MM):
+        text += (f'[[probe]]\nid = "{name}"\nat_mm = [{place}, 0, 0]\ndirection = [0, 0, 1]\nstd_um = {PROBE_UM}\n'
+                 "place_std_mm = 0.1\n")
+    (mandrel / "mandrel.toml").write_text(text)
+    times = [row["time_s"] for row in rows_of(folder / "data.csv")]
+    with open(mandrel / "readings.csv", "w") as file:
+        file.write("time_s,X1_um,X2_um\n")
+        for time, dz, rb in zip(times, errors["dz"], errors["rb"]):
+            # Tool against workpiece at a place x along the mandrel: dz - rb (x - x_tool); the mandrel moves against it.
+            readings = [-(dz - 1e-3 * rb * (place - tool_x)) + noise.gauss(0.0, PROBE_UM) for place in PROBES_MM]
+            file.write(f"{time},{readings[0]:.6g},{readings[1]:.6g}\n")
+    run("measure", "analyse", mandrel, "--out", mandrel / "errors", "--quiet")
+    angles = [row["rb_um_per_m"] for row in rows_of(mandrel / "errors" / "displacements.csv")]
+    joined = Record(folder)
+    for row, angle in zip(joined.rows, angles):
+        row[TURNING] = angle
+    channel = dict(next(c for c in joined.channels if c["kind"] == "displacement"))
+    channel.update(id=TURNING, quantity="rb", unit="um/m", uncertainty=round(10 * 2 ** 0.5 * PROBE_UM, 3))
+    joined.channels.append(channel)
+    joined.write(folder)
+
+
+def prepared(source, folder, inputs, displacements, sensor, less=None):
+    """A record as the document's models see it.
+
+    @param inputs  of AMBIENT, DIFFERENCE and SPEED  @param less  channel: values to take off
+    """
+    own = Record(source)
+    if DIFFERENCE in inputs:
+        own.add_difference(DIFFERENCE, sensor, "air.T_C")
+    if SPEED not in inputs:
+        own.rename_ambient(AMBIENT)
+    own.keep_inputs(inputs)
+    own.keep_displacements(lambda channel: channel["id"] in displacements)
+    for channel, values in (less or {}).items():
+        for row, value in zip(own.rows, values):
+            if row[channel] not in ("", "nan"):
+                row[channel] = f"{float(row[channel]) - value:.6g}"
+    return own.write(folder, Path(source).name)
+
+
+class Superposition:
+    """eps_1 on one record, then eps_2 on what it leaves of another; their sum predicts."""
+
+    def __init__(self, run, out, ambient, internal, sensor):
+        self.run, self.out, self.sensor = run, Path(out), sensor
+        channels = list(DIRECTIONS.values())
+        first = prepared(ambient, self.out / "ambient", [AMBIENT], channels, sensor)
+        self.first = self.fitted(first, "eps_1")
+        left = self.part("eps_1", internal, [AMBIENT])
+        self.second = self.fitted(prepared(internal, self.out / "internal", [DIFFERENCE], channels, sensor, left),
+                                  "eps_2")
+
+    def fitted(self, folder, name):
+        """@return the summary of evaluate; every row trains"""
+        return evaluated(self.run, folder, ["output_error"], self.out / name)
+
+    def part(self, name, source, inputs):
+        """Channel: contribution of eps_1 or eps_2 to a record, 0 at its first row."""
+        return predicted(self.run, source, self.out / name, inputs, list(DIRECTIONS.values()), self.sensor,
+                         "output_error")
+
+    def predict(self, source):
+        parts = [self.part("eps_1", source, [AMBIENT]), self.part("eps_2", source, [DIFFERENCE])]
+        return {channel: [sum(pair) for pair in zip(*(part[channel] for part in parts))]
+                for channel in parts[0].keys() & parts[1].keys()}
+
+
+def evaluated(run, folder, models, out, training=None):
+    """@param training  folders; none: all rows of the folder train"""
+    how = ["--train-data", ",".join(map(str, training))] if training else ["--train-programs",
+                                                                           Record(folder).programs[0]["name"]]
+    return json.loads(run("evaluate", "--data", folder, *how, "--models", ",".join(models), "--out", out, "--quiet",
+                          "--json"))
+
+
+def predicted(run, source, fit, inputs, channels, sensor, model):
+    """Channel: what the models saved in a folder of evaluate predict for a record, 0 at its first row."""
+    folder = fit / f"of_{Path(source).parent.parent.name}_{Path(source).name}"
+    data = prepared(source, folder / "data", inputs, channels, sensor)
+    run("evaluate", "--data", data, "--fitted", fit / "evaluation/models.toml", "--out", folder, "--quiet", "--json")
+    rows = rows_of(folder / "evaluation/predictions.csv")
+    return {channel: zeroed([float(row[f"{channel}_{model}_as_is"]) for row in rows])
+            for channel in channels if f"{channel}_{model}_as_is" in rows[0]}
+
+
+def static_fits(run, out, judged, training, inputs, channels, sensor):
+    """Channel: fit of a static regression on the same records and inputs."""
+    folders = [prepared(source, out / f"train_{Path(source).name}", inputs, channels, sensor) for source in training]
+    data = prepared(judged, out / "judged", inputs, channels, sensor)
+    answer = evaluated(run, data, ["static_regression"], out, folders)
+    return {row["channel"]: row["fit"] for row in answer["rows"]
+            if row["part"] == Path(judged).name and row["model"] == "static_regression"}
+
+
+def twin_fits(run, out, case, model, judged):
+    """(model, channel): fit of the reduced model without and with sensors, which sees none of the training records."""
+    if not model:
+        return {}
+    answer = json.loads(run("evaluate", case, "--model", model, "--data", judged, "--train-programs",
+                            Path(judged).name, "--models", "static_regression", "--out", out, "--quiet", "--json"))
+    return {(row["model"], row["channel"]): row["fit"] for row in answer["rows"]
+            if row["model"].startswith("reduced_model")}
+
+
+class Judged:
+    """Fits in % of one seed: (set-up, direction) -> model -> value; what the models are; traces for pictures."""
+
+    def __init__(self, run, case, models, out, seed, size):
+        self.run, self.case, self.models, self.out, self.seed = run, case, models, Path(out), seed
+        self.machine = Machine(run, case, self.out / "machine", seed, size)
+        self.second = Machine(run, case, self.out / "second_machine", seed + SECOND, size, SECOND_SPREAD)
+        self.cells, self.factors, self.steps = {}, {}, []
+
+    def put(self, setup, direction, **values):
+        self.cells.setdefault((setup, direction), {}).update(values)
+
+    def judge(self):
+        milling = self.superposed("milling", "T2")
+        drilling = self.superposed("drilling", "T2")
+        turning = self.superposed("turning", "T1")
+        self.linear("milling", "milling_spectrum", {"X": (milling, "dz@1")}, "T2")
+        # One model for the head in milling and drilling (section 3): its axis is the model's z, then x.
+        self.linear("drilling", "drilling_spectrum", {"Z": (milling, "dz@1"), "X": (drilling, "dz@1"),
+                                                      "Y": (drilling, "dy@1")}, "T2")
+        self.linear("turning", "turning_spectrum", {d: (turning, DIRECTIONS[d]) for d in "XYZ"}, "T1")
+        self.angle()
+        self.counter(milling)
+        self.transfer(milling)
+        self.steps += [("eps_1", milling.first), ("eps_2", milling.second)]
+        return self
+
+    def superposed(self, setup, sensor):
+        ambient, internal, _ = (self.machine.record(setup, load) for load in PROGRAMS[setup])
+        return Superposition(self.run, self.out / "fits" / setup, ambient, internal, sensor)
+
+    def linear(self, setup, load, models, sensor):
+        """@param models  direction: (superposition, the channel that it was fitted to)"""
+        source = self.machine.record(setup, load)
+        training = [self.machine.record(setup, name) for name in PROGRAMS[setup][:2]]
+        static = static_fits(self.run, self.out / "static" / setup, source, training, [AMBIENT, DIFFERENCE],
+                             list(DIRECTIONS.values()), sensor)
+        twin = twin_fits(self.run, self.out / "twin" / setup, self.case, self.models["main"], source)
+        predictions = {}
+        for direction, (model, fitted) in models.items():
+            channel = DIRECTIONS[direction]
+            if model not in predictions:
+                predictions[model] = model.predict(source)
+            self.put(setup, direction, ours=fit_percent(column(source, channel), predictions[model][fitted]),
+                     quiet=fit_percent(column(source, channel, "truth.csv"), predictions[model][fitted]),
+                     static=static.get(channel), reduced=twin.get(("reduced_model", channel)),
+                     sensors=twin.get(("reduced_model_sensors", channel)))
+
+    def angle(self):
+        calibration, source = (self.machine.record("turning", load) for load in PROGRAMS["turning"][1:])
+        fit = self.out / "fits" / "angle"
+        data = prepared(calibration, fit / "internal", [SPEED], [TURNING], "T1")
+        self.steps.append(("gamma_1", evaluated(self.run, data, ["output_error_activity"], fit)))
+        values = predicted(self.run, source, fit, [SPEED], [TURNING], "T1", "output_error_activity")
+        static = static_fits(self.run, self.out / "static" / "angle", source, [calibration], [AMBIENT, DIFFERENCE],
+                             [TURNING], "T1")
+        twin = twin_fits(self.run, self.out / "twin" / "turning", self.case, self.models["main"], source)
+        self.put("turning", "angle", ours=fit_percent(column(source, TURNING), values[TURNING]),
+                 quiet=fit_percent(column(source, TURNING, "truth.csv"), values[TURNING]),
+                 static=static.get(TURNING), reduced=twin.get(("reduced_model", TURNING)),
+                 sensors=twin.get(("reduced_model_sensors", TURNING)))
+
+    def counter(self, milling):
+        """The milling model, unchanged, at the counter spindle (section 5.3)."""
+        source = self.machine.record("counter", "counter_spectrum")
+        training = [self.machine.record("milling", name) for name in PROGRAMS["milling"][:2]]
+        static = static_fits(self.run, self.out / "static" / "counter", source, training, [AMBIENT, DIFFERENCE],
+                             ["dz@1"], "T2")
+        case = case_at(self.case, self.out / "twin" / "counter_case", POSES["counter"], ["counter_spectrum"],
+                       of_counter_spindle, measured=False)
+        twin = twin_fits(self.run, self.out / "twin" / "counter", case, self.models["counter"], source)
+        sums = milling.predict(source)["dz@1"]
+        self.put("counter spindle", "X", ours=fit_percent(column(source, "dz@1"), sums),
+                 quiet=fit_percent(column(source, "dz@1", "truth.csv"), sums),
+                 static=static.get("dz@1"), reduced=twin.get(("reduced_model", "dz@1")),
+                 sensors=twin.get(("reduced_model_sensors", "dz@1")))
+
+    def transfer(self, milling):
+        """The first machine's model on a second one: as it is, and with one factor from its first spectrum."""
+        source = self.second.record("milling", "second_spectrum", "second")
+        hours = [float(row["time_s"]) / 3600.0 for row in rows_of(source / "data.csv")]
+        truth = column(source, "dz@1", "truth.csv")
+        measured, sums = column(source, "dz@1"), milling.predict(source)["dz@1"]
+        early = [i for i, hour in enumerate(hours) if hour <= FACTOR_HOURS]
+        late = [i for i, hour in enumerate(hours) if hour > FACTOR_HOURS]
+        factor = factor_of([measured[i] for i in early], [sums[i] for i in early])
+
+        def fit(values, scale, against=measured):
+            return fit_percent([against[i] for i in late], [scale * values[i] for i in late])
+
+        training = [self.machine.record("milling", name) for name in PROGRAMS["milling"][:2]]
+        out = self.out / "static" / "second"
+        static_fits(self.run, out, source, training, [AMBIENT, DIFFERENCE], ["dz@1"], "T2")
+        static = [float(row["dz@1_static_regression"]) for row in rows_of(out / "evaluation/predictions.csv")]
+        of_static = factor_of([measured[i] for i in early], [static[i] for i in early])
+        twins = {}
+        if self.models["main"]:
+            twin_fits(self.run, self.out / "twin" / "second", self.case, self.models["main"], source)
+            rows = rows_of(self.out / "twin" / "second" / "evaluation/predictions.csv")
+            for key, name in (("reduced", "reduced_model"), ("sensors", "reduced_model_sensors")):
+                twins[key] = [float(row[f"dz@1_{name}"]) for row in rows]
+        for setup, corrected in (("second machine, as it is", False), ("second machine, one factor", True)):
+            scales = {key: factor_of([measured[i] for i in early], [values[i] for i in early]) if corrected else 1.0
+                      for key, values in twins.items()}
+            self.put(setup, "X", ours=fit(sums, factor if corrected else 1.0),
+                     quiet=fit(sums, factor if corrected else 1.0, truth),
+                     static=fit(static, of_static if corrected else 1.0),
+                     **{key: fit(values, scales[key]) for key, values in twins.items()})
+        self.factors = {"ours": factor, "static": of_static}
+
+
+def cell(values, digits=0):
+    known = [value for value in values if value is not None]
+    if not known:
+        return "-"
+    spread = f" ({min(known):.{digits}f} to {max(known):.{digits}f})" if len(known) > 1 else ""
+    return f"{statistics.median(known):.{digits}f}{spread}"
+
+
+def table(all_seeds):
+    lines = ["| set-up | direction | published | ours | ours, no probe noise | static regression | reduced model | "
+             "with sensors |", "|---" * 8 + "|"]
+    for setup, direction, published in ROWS:
+        found = [seed.cells[setup, direction] for seed in all_seeds]
+        cells = [cell([one.get(key) for one in found]) for key in ("ours", "quiet", "static", "reduced",
+                                                                                "sensors")]
+        lines.append("| " + " | ".join([setup, direction, published, *cells]) + " |")
+    return lines
+
+
+def stability(all_seeds):
+    """Lines about the step responses of the functions that the document draws (Figs. 6, 8 and 10)."""
+    lines = ["| function | of | stable | largest pole | settles at | unit | 95 % after, h |", "|---" * 7 + "|"]
+    names = {"eps_1": ("dz@1", "um/K"), "eps_2": ("dz@1", "um/K"), "gamma_1": (TURNING, "(um/m)/1000 rpm")}
+    for function, (channel, unit) in names.items():
+        found = [step for seed in all_seeds for name, summary in seed.steps if name == function
+                 for step in summary["step_responses"] if step["channel"] == channel]
+        scale = 360000.0 if function == "gamma_1" else 1.0
+        stable = sum(step["stable"] for step in found)
+        lines.append(f"| {function} | {found[0]['input']} | {stable} of {len(found)} | "
+                     f"{max(step['largest_pole'] for step in found):.4f} | "
+                     f"{cell([scale * step['end'] for step in found], 1)} | {unit} | "
+                     f"{cell([step['settling_h'] for step in found], 1)} |")
+    return lines
+
+
+def judge(run, case, models, out, seeds, size, workers=2):
+    """Lines of Markdown. @param models  {"main": reduced model or None, "counter": the same at the counter spindle}"""
+    out = Path(out)
+    with ThreadPoolExecutor(workers) as pool:
+        found = list(pool.map(lambda seed: Judged(run, case, models, out / f"seed_{seed}", seed, size).judge(), seeds))
+    first = out / f"seed_{seeds[0]}" / "fits"
+    for name, folder, model in (("ambient", first / "milling" / "eps_1", "output_error"),
+                                ("milling_head", first / "milling" / "eps_2", "output_error"),
+                                ("main_spindle", first / "angle", "output_error_activity")):
+        shutil.copy(folder / "evaluation" / f"step_response_{model}.svg", out / f"step_response_{name}.svg")
+    factors = cell([seed.factors["ours"] for seed in found], 2)
+    lines = [f"Fit, % (eq. 4); {len(seeds)} pairs of machines: median (least to most).", "", *table(found), "",
+             f"Correction factor of the second machine: {factors}; 0.7 in print.", "", *stability(found), ""]
+    (out / "cells.json").write_text(json.dumps(
+        [{"seed": seed.seed, "factor": seed.factors, "cells": {f"{s}: {d}": value for (s, d), value in
+                                                               seed.cells.items()}} for seed in found], indent=1))
+    return lines
