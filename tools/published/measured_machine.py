@@ -45,12 +45,13 @@ def replaced(text, pattern, new, file):
     return result
 
 
-def case_at(case, folder, pose, loads, change=lambda text: text, measured=True):
-    """A copy of the case whose programs stand at this pose and whose workspace is the pose alone.
+def case_at(case, folder, pose, loads, change=lambda text: text):
+    """A copy of the case whose programs stand at this pose, with the time scheme of measured machines.
+
+    Its workspace is the pose alone.
 
     @param pose      axis key: position, as of [workspace]: {"Z_mm": 0}
     @param change    of the text of machine.toml
-    @param measured  with the time scheme of measured machines
     """
     case, folder = Path(case), Path(folder)
     (folder / "loads").mkdir(parents=True, exist_ok=True)
@@ -61,7 +62,7 @@ def case_at(case, folder, pose, loads, change=lambda text: text, measured=True):
     text = replaced(text, r"^\[workspace\]\n.*\Z", f"[workspace]\n{grid}", case / "machine.toml")
     (folder / "machine.toml").write_text(text)
     names = ", ".join(f'"{load}"' for load in loads)
-    (folder / "case.toml").write_text(f'schema = 1\nsize = "coarse"\ntrain = [{names}]\n{TIME if measured else ""}')
+    (folder / "case.toml").write_text(f'schema = 1\nsize = "coarse"\ntrain = [{names}]\n{TIME}')
     at = ", ".join(f"{key} = {value}" for key, value in pose.items())
     for load in loads:
         file = case / "loads" / f"{load}.toml"

@@ -7,6 +7,7 @@ leaves of its heating and cooling, and both are added (eq. 6); gamma_1 takes the
 Directions are those of the document: X is vertical (dz of the model), Z along the spindle (dx), Y across (dy).
 """
 import json
+import os
 import random
 import shutil
 import statistics
@@ -57,6 +58,33 @@ def of_counter_spindle(text):
     return replaced(text, r"^table_point_mm = \[0, 0, 0\]", "table_point_mm = [2100, 0, 0]", "machine.toml")
 
 
+def counter_case(case, folder):
+    """The case with the workpiece in the counter spindle, and the workspace before it; what trains and is held out."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("loads", "cad"):
+        if not (folder / name).exists():
+            os.symlink((Path(case) / name).resolve(), folder / name)
+    text = of_counter_spindle((Path(case) / "machine.toml").read_text())
+    (folder / "machine.toml").write_text(replaced(text, r"^Z_mm = [^\n]*", "Z_mm = [900, 1200, 1500]", "machine.toml"))
+    (folder / "case.toml").write_text('schema = 1\nsize = "coarse"\ntrain = ["ambient_11", "ambient_31", '
+                                      '"milling_6500", "z_rapid", "x_rapid", "y_rapid"]\n'
+                                      'holdout = ["counter_spectrum"]\n')
+    return folder
+
+
+def made_models(run, case, out, main=None, counter=None):
+    """Paths of both reduced models; those that are not given are made once (minutes)."""
+    models = {"main": main, "counter": counter}
+    for name, made in (("main", lambda: case), ("counter", lambda: counter_case(case, out / "counter_case"))):
+        if models[name]:
+            continue
+        models[name] = out / f"reduced_{name}" / "model.rom.h5"
+        if not models[name].exists():
+            run("reduce", made(), "--out", models[name].parent, "--quiet")
+    return models
+
+
 def changes(setup, text):
     return of_counter_spindle(text) if setup == "counter" else text
 
@@ -71,7 +99,7 @@ class Machine:
         """Measurement folder; measured once. @param key  of PROGRAMS, which are run together"""
         key = key or setup
         folder = self.out / key
-        if not (folder / "records" / load / "channels.toml").exists():
+        if not (folder / "done").exists():
             def change(text):
                 return changes(setup, perturbed(text, self.seed, self.spread))
             own = case_at(self.case, folder / "case", POSES[setup], PROGRAMS[key], change)
@@ -80,6 +108,7 @@ class Machine:
                 errors = record(folder / "campaign", name, folder / "records" / name, self.seed)
                 if setup == "turning":
                     self.add_angle(folder / "records" / name, errors)
+            (folder / "done").touch()
         return folder / "records" / load
 
     def add_angle(self, folder, errors):
@@ -183,20 +212,18 @@ def predicted(run, source, fit, inputs, channels, sensor, model):
             for channel in channels if f"{channel}_{model}_as_is" in rows[0]}
 
 
-def static_fits(run, out, judged, training, inputs, channels, sensor):
-    """Channel: fit of a static regression on the same records and inputs."""
+def static_fits(run, out, judged, training, inputs, channels, sensor, model="static_regression"):
+    """Channel: fit of a static regression, or another model, on the same records and inputs."""
     folders = [prepared(source, out / f"train_{Path(source).name}", inputs, channels, sensor) for source in training]
     data = prepared(judged, out / "judged", inputs, channels, sensor)
-    answer = evaluated(run, data, ["static_regression"], out, folders)
+    answer = evaluated(run, data, [model], out, folders)
     return {row["channel"]: row["fit"] for row in answer["rows"]
-            if row["part"] == Path(judged).name and row["model"] == "static_regression"}
+            if row["part"] == Path(judged).name and row["model"] == model}
 
 
-def twin_fits(run, out, case, model, judged):
+def twin_fits(run, out, model, judged):
     """(model, channel): fit of the reduced model without and with sensors, which sees none of the training records."""
-    if not model:
-        return {}
-    answer = json.loads(run("evaluate", case, "--model", model, "--data", judged, "--train-programs",
+    answer = json.loads(run("evaluate", "--model", model, "--data", judged, "--train-programs",
                             Path(judged).name, "--models", "static_regression", "--out", out, "--quiet", "--json"))
     return {(row["model"], row["channel"]): row["fit"] for row in answer["rows"]
             if row["model"].startswith("reduced_model")}
@@ -206,10 +233,10 @@ class Judged:
     """Fits in % of one seed: (set-up, direction) -> model -> value; what the models are; traces for pictures."""
 
     def __init__(self, run, case, models, out, seed, size):
-        self.run, self.case, self.models, self.out, self.seed = run, case, models, Path(out), seed
+        self.run, self.models, self.out, self.seed = run, models, Path(out), seed
         self.machine = Machine(run, case, self.out / "machine", seed, size)
         self.second = Machine(run, case, self.out / "second_machine", seed + SECOND, size, SECOND_SPREAD)
-        self.cells, self.factors, self.steps = {}, {}, []
+        self.cells, self.factors, self.steps, self.ablations = {}, {}, [], {}
 
     def put(self, setup, direction, **values):
         self.cells.setdefault((setup, direction), {}).update(values)
@@ -222,6 +249,7 @@ class Judged:
         # One model for the head in milling and drilling (section 3): its axis is the model's z, then x.
         self.linear("drilling", "drilling_spectrum", {"Z": (milling, "dz@1"), "X": (drilling, "dz@1"),
                                                       "Y": (drilling, "dy@1")}, "T2")
+        self.drilled_alone(milling, drilling)
         self.linear("turning", "turning_spectrum", {d: (turning, DIRECTIONS[d]) for d in "XYZ"}, "T1")
         self.angle()
         self.counter(milling)
@@ -239,7 +267,11 @@ class Judged:
         training = [self.machine.record(setup, name) for name in PROGRAMS[setup][:2]]
         static = static_fits(self.run, self.out / "static" / setup, source, training, [AMBIENT, DIFFERENCE],
                              list(DIRECTIONS.values()), sensor)
-        twin = twin_fits(self.run, self.out / "twin" / setup, self.case, self.models["main"], source)
+        if setup == "turning":
+            together = static_fits(self.run, self.out / "together" / setup, source, training, [AMBIENT, DIFFERENCE],
+                                   [DIRECTIONS["Z"]], sensor, "output_error")
+            self.ablations["turning Z", "both functions fitted together"] = together.get(DIRECTIONS["Z"])
+        twin = twin_fits(self.run, self.out / "twin" / setup, self.models["main"], source)
         predictions = {}
         for direction, (model, fitted) in models.items():
             channel = DIRECTIONS[direction]
@@ -250,6 +282,15 @@ class Judged:
                      static=static.get(channel), reduced=twin.get(("reduced_model", channel)),
                      sensors=twin.get(("reduced_model_sensors", channel)))
 
+    def drilled_alone(self, milling, drilling):
+        """What the functions of milling cost in drilling: Z with eps_1, then both, calibrated there."""
+        source = self.machine.record("drilling", "drilling_spectrum")
+        measured, own = column(source, "dx@1"), drilling.part("eps_1", source, [AMBIENT])["dx@1"]
+        for label, head in (("eps_1 calibrated in drilling", milling.part("eps_2", source, [DIFFERENCE])["dz@1"]),
+                            ("eps_1 and eps_2 calibrated in drilling",
+                             drilling.part("eps_2", source, [DIFFERENCE])["dx@1"])):
+            self.ablations["drilling Z", label] = fit_percent(measured, [a + b for a, b in zip(own, head)])
+
     def angle(self):
         calibration, source = (self.machine.record("turning", load) for load in PROGRAMS["turning"][1:])
         fit = self.out / "fits" / "angle"
@@ -258,11 +299,25 @@ class Judged:
         values = predicted(self.run, source, fit, [SPEED], [TURNING], "T1", "output_error_activity")
         static = static_fits(self.run, self.out / "static" / "angle", source, [calibration], [AMBIENT, DIFFERENCE],
                              [TURNING], "T1")
-        twin = twin_fits(self.run, self.out / "twin" / "turning", self.case, self.models["main"], source)
+        twin = twin_fits(self.run, self.out / "twin" / "angle", self.models["main"], source)
         self.put("turning", "angle", ours=fit_percent(column(source, TURNING), values[TURNING]),
                  quiet=fit_percent(column(source, TURNING, "truth.csv"), values[TURNING]),
                  static=static.get(TURNING), reduced=twin.get(("reduced_model", TURNING)),
                  sensors=twin.get(("reduced_model_sensors", TURNING)))
+
+        # The document leaves the ambient out of the angle.
+        surroundings = self.machine.record("turning", "surroundings")
+        hall = self.out / "fits" / "angle_hall"
+        evaluated(self.run, prepared(surroundings, hall / "ambient", [AMBIENT], [TURNING], "T1"), ["output_error"],
+                  hall / "eps_1")
+        left = predicted(self.run, calibration, hall / "eps_1", [AMBIENT], [TURNING], "T1", "output_error")
+        data = prepared(calibration, hall / "internal", [SPEED], [TURNING], "T1", left)
+        evaluated(self.run, data, ["output_error_activity"], hall / "gamma_1")
+        values = predicted(self.run, source, hall / "gamma_1", [SPEED], [TURNING], "T1", "output_error_activity")
+        ambient = predicted(self.run, source, hall / "eps_1", [AMBIENT], [TURNING], "T1", "output_error")
+        both = [a + b for a, b in zip(values[TURNING], ambient[TURNING])]
+        self.ablations["turning angle", "no probe noise, and a function of the ambient"] = fit_percent(
+            column(source, TURNING, "truth.csv"), both)
 
     def counter(self, milling):
         """The milling model, unchanged, at the counter spindle (section 5.3)."""
@@ -270,9 +325,7 @@ class Judged:
         training = [self.machine.record("milling", name) for name in PROGRAMS["milling"][:2]]
         static = static_fits(self.run, self.out / "static" / "counter", source, training, [AMBIENT, DIFFERENCE],
                              ["dz@1"], "T2")
-        case = case_at(self.case, self.out / "twin" / "counter_case", POSES["counter"], ["counter_spectrum"],
-                       of_counter_spindle, measured=False)
-        twin = twin_fits(self.run, self.out / "twin" / "counter", case, self.models["counter"], source)
+        twin = twin_fits(self.run, self.out / "twin" / "counter", self.models["counter"], source)
         sums = milling.predict(source)["dz@1"]
         self.put("counter spindle", "X", ours=fit_percent(column(source, "dz@1"), sums),
                  quiet=fit_percent(column(source, "dz@1", "truth.csv"), sums),
@@ -297,12 +350,10 @@ class Judged:
         static_fits(self.run, out, source, training, [AMBIENT, DIFFERENCE], ["dz@1"], "T2")
         static = [float(row["dz@1_static_regression"]) for row in rows_of(out / "evaluation/predictions.csv")]
         of_static = factor_of([measured[i] for i in early], [static[i] for i in early])
-        twins = {}
-        if self.models["main"]:
-            twin_fits(self.run, self.out / "twin" / "second", self.case, self.models["main"], source)
-            rows = rows_of(self.out / "twin" / "second" / "evaluation/predictions.csv")
-            for key, name in (("reduced", "reduced_model"), ("sensors", "reduced_model_sensors")):
-                twins[key] = [float(row[f"dz@1_{name}"]) for row in rows]
+        twin_fits(self.run, self.out / "twin" / "second", self.models["main"], source)
+        rows = rows_of(self.out / "twin" / "second" / "evaluation/predictions.csv")
+        twins = {key: [float(row[f"dz@1_{name}"]) for row in rows]
+                 for key, name in (("reduced", "reduced_model"), ("sensors", "reduced_model_sensors"))}
         for setup, corrected in (("second machine, as it is", False), ("second machine, one factor", True)):
             scales = {key: factor_of([measured[i] for i in early], [values[i] for i in early]) if corrected else 1.0
                       for key, values in twins.items()}
@@ -310,6 +361,9 @@ class Judged:
                      quiet=fit(sums, factor if corrected else 1.0, truth),
                      static=fit(static, of_static if corrected else 1.0),
                      **{key: fit(values, scales[key]) for key, values in twins.items()})
+        whole = factor_of(measured, sums)
+        self.ablations["second machine, one factor", "factor from the whole test, judged on it"] = fit_percent(
+            measured, [whole * value for value in sums])
         self.factors = {"ours": factor, "static": of_static}
 
 
@@ -349,8 +403,9 @@ def stability(all_seeds):
 
 
 def judge(run, case, models, out, seeds, size, workers=2):
-    """Lines of Markdown. @param models  {"main": reduced model or None, "counter": the same at the counter spindle}"""
+    """Lines of Markdown. @param models  reduced models: {"main": path, "counter": path or None}; None: made here"""
     out = Path(out)
+    models = made_models(run, case, out, **models)
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda seed: Judged(run, case, models, out / f"seed_{seed}", seed, size).judge(), seeds))
     first = out / f"seed_{seeds[0]}" / "fits"
@@ -360,7 +415,11 @@ def judge(run, case, models, out, seeds, size, workers=2):
         shutil.copy(folder / "evaluation" / f"step_response_{model}.svg", out / f"step_response_{name}.svg")
     factors = cell([seed.factors["ours"] for seed in found], 2)
     lines = [f"Fit, % (eq. 4); {len(seeds)} pairs of machines: median (least to most).", "", *table(found), "",
-             f"Correction factor of the second machine: {factors}; 0.7 in print.", "", *stability(found), ""]
+             f"Correction factor of the second machine: {factors}; 0.7 in print.", "", *stability(found), "",
+             "| row | with one change | fit, % |", "|---|---|---|"]
+    for row, change in found[0].ablations:
+        lines.append(f"| {row} | {change} | {cell([one.ablations[row, change] for one in found])} |")
+    lines.append("")
     (out / "cells.json").write_text(json.dumps(
         [{"seed": seed.seed, "factor": seed.factors, "cells": {f"{s}: {d}": value for (s, d), value in
                                                                seed.cells.items()}} for seed in found], indent=1))
