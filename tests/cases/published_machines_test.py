@@ -95,9 +95,27 @@ class MeasuredMachines(unittest.TestCase):
             self.assertEqual(machine["tcp"]["table_body"], "counter_spindle")
             program = tomllib.loads((case / "loads/counter_spectrum.toml").read_text())
             self.assertEqual(program["position"], turning_milling.POSES["counter"])
+            self.assertEqual(program["phase"][0]["duration_h"], measured_machine.SETTLING_H)
+            self.assertEqual(program["phase"][1]["name"], "1200 rpm")
             self.assertEqual(tomllib.loads((case / "case.toml").read_text())["time"]["scheme"], "adaptive")
             said = run("mesh", case, "--size", 2, "--out", Path(folder) / "mesh", "--json")
             self.assertIn("counter_spindle", said)
+
+    def test_a_test_begins_when_the_machine_has_settled(self):
+        with tempfile.TemporaryDirectory() as folder:
+            whole, own = Path(folder) / "test" / "whole", Path(folder) / "test"
+            write_campaign(Path(folder) / "campaign", "test", 30, lambda h: 21.0, lambda h: 22.0,
+                           lambda i, h: {"dx_um": 0.0, "dy_um": 0.0, "dz_um": 2.0 * h, "rb_um_per_m": -h})
+            measured_machine.record(Path(folder) / "campaign", "test", whole, 1)
+            measured_machine.settled(whole, own, 24)
+            times = measured_machine.column(own, "time_s")
+            self.assertEqual((times[0], times[-1], len(times)), (0.0, 21600.0, 37))
+            self.assertAlmostEqual(measured_machine.column(own, "dz@1")[-1], 12.0, delta=1.5)
+            truth = [measured_machine.column(own, name, "truth.csv") for name in ("dz@1", "rb@1")]
+            self.assertEqual((truth[0][0], truth[0][-1], truth[1][-1]), (0.0, 12.0, -6.0))
+            self.assertEqual(len(measured_machine.column(whole, "time_s")), 181)
+            (program,) = Record(whole).programs
+            self.assertEqual((program["name"], program["from_s"]), ("test", 86400.0))
 
     def test_other_text_is_refused_with_the_place(self):
         with self.assertRaisesRegex(SystemExit, "machine.toml: .* found 0 times; allowed: once"):

@@ -13,11 +13,13 @@ import random
 import re
 from pathlib import Path
 
-from published.records import value_of
+from published.records import Record, value_of
 
 SENSOR_K, PROBE_UM = 0.05, 0.3   # noise, one standard deviation, as in `validate`
 FARTHEST = 2.5                   # of a value, in its standard deviations
 TIME = '\n[time]                          # as of `validate`\nscheme = "adaptive"\ntolerance_K = 0.063\n'
+SETTLING_H = 24   # a machine that is on comes to balance with its surroundings before a test
+SETTLING = f'\n[[phase]]\nname = "settling"\nduration_h = {SETTLING_H}\nair_C = 21.0\nfoundation_C = 21.0\n'
 UNCERTAIN = re.compile(r"(?P<key>\w+ = )\{value = (?P<value>[-+.\deE]+), std_percent = (?P<percent>[-+.\deE]+)\}")
 ENDS = ((".on", "state", "1"), ("speed_rpm", "speed", "rpm"), ("feed_mm_min", "speed", "mm_min"),
         ("feed_deg_min", "speed", "deg_min"), (".power_W", "power", "W"), (".T_C", "temperature", "degC"),
@@ -46,7 +48,7 @@ def replaced(text, pattern, new, file):
 
 
 def case_at(case, folder, pose, loads, change=lambda text: text):
-    """A copy of the case whose programs stand at this pose, with the time scheme of measured machines.
+    """A copy of the case whose programs settle and then run at this pose, with the time scheme of measured machines.
 
     Its workspace is the pose alone.
 
@@ -67,7 +69,8 @@ def case_at(case, folder, pose, loads, change=lambda text: text):
     for load in loads:
         file = case / "loads" / f"{load}.toml"
         program = replaced(file.read_text(), r"^position = \{[^}]*\}", f"position = {{ {at} }}", file)
-        (folder / "loads" / f"{load}.toml").write_text(program)
+        head, first, phases = program.partition("\n[[phase]]\n")
+        (folder / "loads" / f"{load}.toml").write_text(head + SETTLING + first + phases)
     return folder
 
 
@@ -127,6 +130,31 @@ def record(campaign, load, folder, seed, quantities=("dx", "dy", "dz")):
         writer.writerow([f"{quantity}@1" for quantity in units])
         writer.writerows([row[name] for name in units.values()] for row in tcp)
     return {quantity: [float(row[name]) for row in tcp] for quantity, name in units.items()}
+
+
+def settled(whole, folder, hours=SETTLING_H):
+    """The test alone: rows from these hours on, their times and displacements counted from there.
+
+    The record as a whole gets a program that begins there: a reduced model has to know what was before.
+    """
+    whole, own = Path(whole), Record(whole)
+    start_s, program = 3600.0 * hours, own.programs[0]["name"]
+    truth = rows_of(whole / "truth.csv")
+    kept = [i for i, row in enumerate(own.rows) if float(row["time_s"]) >= start_s - 1e-6]
+    zero = {name: float(value) for name, value in truth[kept[0]].items()}
+    own.write(whole, program, hours)
+    own.rows = [own.rows[i] for i in kept]
+    for row in own.rows:
+        row["time_s"] = f"{float(row['time_s']) - start_s:.9g}"
+        for channel in own.channels:
+            if channel["kind"] == "displacement":
+                row[channel["id"]] = f"{float(row[channel['id']]) - zero[channel['id']]:.6g}"
+    own.write(folder, program)
+    with open(Path(folder) / "truth.csv", "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(zero)
+        writer.writerows([f"{float(truth[i][name]) - zero[name]:.9g}" for name in zero] for i in kept)
+    return Path(folder)
 
 
 def zeroed(values):

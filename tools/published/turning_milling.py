@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from published.measured_machine import (PROBE_UM, case_at, column, factor_of, fit_percent, perturbed, record, replaced,
-                                        rows_of, zeroed)
+                                        rows_of, settled, zeroed)
 from published.records import Record
 
 POSES = {
@@ -105,15 +105,13 @@ class Machine:
             own = case_at(self.case, folder / "case", POSES[setup], PROGRAMS[key], change)
             self.run("campaign", own, "--size", self.size, "--out", folder, "--quiet", "--threads", 1)
             for name in PROGRAMS[key]:
-                errors = record(folder / "campaign", name, folder / "records" / name, self.seed)
+                whole = folder / "records" / name / "whole"
+                errors = record(folder / "campaign", name, whole, self.seed)
                 if setup == "turning":
-                    self.add_angle(folder / "records" / name, errors)
+                    two_probes(self.run, whole, errors, f"mandrel {self.seed} {name}")
+                settled(whole, folder / "records" / name)
             (folder / "done").touch()
         return folder / "records" / load
-
-    def add_angle(self, folder, errors):
-        """The angle from two probes on the mandrel in the main spindle, by `measure analyse`."""
-        two_probes(self.run, folder, errors, f"mandrel {self.seed} {folder.name}")
 
 
 def two_probes(run, folder, errors, seed):
@@ -221,12 +219,24 @@ def static_fits(run, out, judged, training, inputs, channels, sensor, model="sta
             if row["part"] == Path(judged).name and row["model"] == model}
 
 
+def twin_values(run, out, model, judged):
+    """(key, channel): what the reduced model predicts without and with sensors, 0 at the first row of the test.
+
+    It runs through the record as a whole and sees none of the training records.
+    """
+    run("evaluate", "--model", model, "--data", Path(judged) / "whole", "--train-programs", Path(judged).name,
+        "--models", "static_regression", "--out", out, "--quiet", "--json")
+    count = len(rows_of(Path(judged) / "data.csv"))
+    rows = rows_of(out / "evaluation/predictions.csv")[-count:]
+    return {(key, channel): zeroed([float(row[f"{channel}_{name}"]) for row in rows])
+            for key, name in (("reduced", "reduced_model"), ("sensors", "reduced_model_sensors"))
+            for channel in [*DIRECTIONS.values(), TURNING] if f"{channel}_{name}" in rows[0]}
+
+
 def twin_fits(run, out, model, judged):
-    """(model, channel): fit of the reduced model without and with sensors, which sees none of the training records."""
-    answer = json.loads(run("evaluate", "--model", model, "--data", judged, "--train-programs",
-                            Path(judged).name, "--models", "static_regression", "--out", out, "--quiet", "--json"))
-    return {(row["model"], row["channel"]): row["fit"] for row in answer["rows"]
-            if row["model"].startswith("reduced_model")}
+    """(key, channel): fit of these predictions, %."""
+    return {(key, channel): fit_percent(column(judged, channel), values)
+            for (key, channel), values in twin_values(run, out, model, judged).items()}
 
 
 class Judged:
@@ -279,8 +289,8 @@ class Judged:
                 predictions[model] = model.predict(source)
             self.put(setup, direction, ours=fit_percent(column(source, channel), predictions[model][fitted]),
                      quiet=fit_percent(column(source, channel, "truth.csv"), predictions[model][fitted]),
-                     static=static.get(channel), reduced=twin.get(("reduced_model", channel)),
-                     sensors=twin.get(("reduced_model_sensors", channel)))
+                     static=static.get(channel), reduced=twin.get(("reduced", channel)),
+                     sensors=twin.get(("sensors", channel)))
 
     def drilled_alone(self, milling, drilling):
         """What the functions of milling cost in drilling: Z with eps_1, then both, calibrated there."""
@@ -302,10 +312,23 @@ class Judged:
         twin = twin_fits(self.run, self.out / "twin" / "angle", self.models["main"], source)
         self.put("turning", "angle", ours=fit_percent(column(source, TURNING), values[TURNING]),
                  quiet=fit_percent(column(source, TURNING, "truth.csv"), values[TURNING]),
-                 static=static.get(TURNING), reduced=twin.get(("reduced_model", TURNING)),
-                 sensors=twin.get(("reduced_model_sensors", TURNING)))
+                 static=static.get(TURNING), reduced=twin.get(("reduced", TURNING)),
+                 sensors=twin.get(("sensors", TURNING)))
+        self.angle_without_noise(calibration, source)
+        self.angle_in_the_hall(calibration, source)
 
-        # The document leaves the ambient out of the angle.
+    def angle_without_noise(self, calibration, source):
+        """With probes that have none, in calibration and judging."""
+        noise = [a - b for a, b in zip(column(calibration, TURNING), column(calibration, TURNING, "truth.csv"))]
+        fit = self.out / "fits" / "angle_quiet"
+        evaluated(self.run, prepared(calibration, fit / "internal", [SPEED], [TURNING], "T1", {TURNING: noise}),
+                  ["output_error_activity"], fit)
+        values = predicted(self.run, source, fit, [SPEED], [TURNING], "T1", "output_error_activity")
+        self.ablations["turning angle", "no probe noise, in calibration too"] = fit_percent(
+            column(source, TURNING, "truth.csv"), values[TURNING])
+
+    def angle_in_the_hall(self, calibration, source):
+        """With a function of the ambient, which the document leaves out of the angle."""
         surroundings = self.machine.record("turning", "surroundings")
         hall = self.out / "fits" / "angle_hall"
         evaluated(self.run, prepared(surroundings, hall / "ambient", [AMBIENT], [TURNING], "T1"), ["output_error"],
@@ -329,8 +352,8 @@ class Judged:
         sums = milling.predict(source)["dz@1"]
         self.put("counter spindle", "X", ours=fit_percent(column(source, "dz@1"), sums),
                  quiet=fit_percent(column(source, "dz@1", "truth.csv"), sums),
-                 static=static.get("dz@1"), reduced=twin.get(("reduced_model", "dz@1")),
-                 sensors=twin.get(("reduced_model_sensors", "dz@1")))
+                 static=static.get("dz@1"), reduced=twin.get(("reduced", "dz@1")),
+                 sensors=twin.get(("sensors", "dz@1")))
 
     def transfer(self, milling):
         """The first machine's model on a second one: as it is, and with one factor from its first spectrum."""
@@ -350,10 +373,8 @@ class Judged:
         static_fits(self.run, out, source, training, [AMBIENT, DIFFERENCE], ["dz@1"], "T2")
         static = [float(row["dz@1_static_regression"]) for row in rows_of(out / "evaluation/predictions.csv")]
         of_static = factor_of([measured[i] for i in early], [static[i] for i in early])
-        twin_fits(self.run, self.out / "twin" / "second", self.models["main"], source)
-        rows = rows_of(self.out / "twin" / "second" / "evaluation/predictions.csv")
-        twins = {key: [float(row[f"dz@1_{name}"]) for row in rows]
-                 for key, name in (("reduced", "reduced_model"), ("sensors", "reduced_model_sensors"))}
+        twins = {key: values for (key, channel), values in twin_values(
+            self.run, self.out / "twin" / "second", self.models["main"], source).items() if channel == "dz@1"}
         for setup, corrected in (("second machine, as it is", False), ("second machine, one factor", True)):
             scales = {key: factor_of([measured[i] for i in early], [values[i] for i in early]) if corrected else 1.0
                       for key, values in twins.items()}
