@@ -42,17 +42,18 @@ void keep_plausible(compensation::Measurement& measurement, const mesh::Plausibl
 
 namespace {
 
-/// A location error is predicted from what its axis carries; measured against the tool, it has the tool's motion too.
+/// Without points a location error is predicted from what its axis carries; a test against the tool has the tool's
+/// motion in it too.
 void warn_of_location_errors(const compensation::Measurement& measurement) {
   std::vector<std::string> names;
   for (const auto& channel : measurement.channels)
-    if (channel.quantity.size() == 3 && channel.quantity[1] == '0') names.push_back(channel.id);
+    if (channel.quantity.size() == 3 && channel.quantity[1] == '0' && channel.points.empty()) names.push_back(channel.id);
   if (names.empty()) return;
   core::warn(
       "location errors " + core::join(names) +
-      " are predicted from what their axis carries alone; a test between tool and table has the tool's motion in "
-      "them, and a diagnosis may then name a wrong cause (measure analyse --channels points writes deviations "
-      "instead)");
+      " state no points of a test: they are predicted from what their axis carries alone; a test between tool and "
+      "table has the tool's motion in them, and a diagnosis may name a wrong cause (measure analyse writes the "
+      "points as [[arrangement]])");
 }
 
 }  // namespace

@@ -87,6 +87,14 @@ ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredC
       poses_{pose} {
   static const std::vector<std::string> direct = {"dx", "dy", "dz", "ra", "rb", "rc"};
   static const std::string iso = "XYZABCR";
+  if (!channel.points.empty()) {
+    poses_.clear();
+    for (const PointShare& point : channel.points) {
+      poses_.push_back(mesh::parse_pose(machine, point.pose_text, "channel '" + channel.id + "'"));
+      weights_.push_back(point.weight);
+    }
+    return;
+  }
   const std::string& quantity = channel.quantity;
   const int table = machine.body_index(machine.tcp.table_body);
   if (const auto at = std::find(direct.begin(), direct.end(), quantity); at != direct.end()) {
@@ -151,6 +159,11 @@ void ObservedQuantity::place_beside(const mesh::Pose& pose) {
 }
 
 double ObservedQuantity::operator()(const std::vector<solver::TcpError>& errors) const {
+  if (!weights_.empty()) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < weights_.size(); ++i) sum += weights_[i].dot(errors[i].error.head<3>());
+    return sum / core::units::um;
+  }
   const auto in_unit = [](double value, int component) {
     return value / (component < 3 || component == 6 ? core::units::um : core::units::um_per_m);
   };

@@ -18,13 +18,14 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
 /// at the channel's pose. A location error X0C ... is the rigid motion of what the axis carries, the table or the tool
 /// alone, at the axis' own point and in the frame of the body on which the axis stands; with T it is that of the table
 /// at tcp.table_point, in the frame of the table's carrier. R0T is the growth at tcp.table_radius; it takes part in no
-/// other location error. Growth follows from the errors beside the pose, moved along a linear axis.
+/// other location error. Growth follows from the errors beside the pose, moved along a linear axis. A channel with
+/// points is their weighted sum instead, of the tool against the table, as a test between both makes it.
 class ObservedQuantity {
 public:
   /// @param machine  must outlive the object  @throws InputError for a quantity that the machine does not have
   ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel, const mesh::Pose& pose);
 
-  /// Where the errors are needed: the channel's pose, then up to two beside it.
+  /// Where the errors are needed: the channel's points; else its pose, then up to two beside it.
   const std::vector<mesh::Pose>& poses() const { return poses_; }
   /// @param errors  (poses) at one time @return um or um/m
   double operator()(const std::vector<solver::TcpError>& errors) const;
@@ -35,7 +36,8 @@ private:
   const mesh::Machine& machine_;
   std::vector<mesh::Pose> poses_;
   int component_ = 0;        ///< 0 to 5; 6: R0T
-  bool located_ = false;     ///< a location error
+  std::vector<Eigen::Vector3d> weights_;  ///< (poses) of a channel with points
+  bool located_ = false;                  ///< a location error
   bool table_side_ = false;  ///< of what carries the workpiece
   Eigen::Matrix3d to_frame_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();     ///< m, from the point of the error to the tool, machine frame

@@ -19,6 +19,20 @@ const KeyTable pose{"channel.pose",
                         key::number("<axis>_deg", "deg", any_number, Absent{"0"}, "Position of a rotary axis."),
                     }};
 
+const KeyTable point{"arrangement.point",
+                     "A point at which the deviation of the tool against the table is measured.",
+                     {
+                         key::table("pose", pose, Absent{"home"}, "The pose of the point."),
+                     }};
+
+const KeyTable arrangement{
+    "arrangement",
+    "The points of a test whose location errors are weighted sums of deviations; `measure analyse` writes it.",
+    {
+        key::text("id", required, "What channels refer to."),
+        key::tables("point", point, required, "One for each point, a repeated one too."),
+    }};
+
 const KeyTable channel_table{
     "channel",
     "A column of data.csv.",
@@ -44,6 +58,11 @@ const KeyTable channel_table{
                   Absent{},
                   "displacement: a component of the TCP error, or a location error of an axis or of the table (T)."),
         key::table("pose", pose, Absent{"home"}, "displacement: the pose at which it is measured."),
+        key::reference("arrangement", "arrangement", Absent{"the definition of the location error at its pose"},
+                       "A location error: the points that it was computed from."),
+        key::numbers("weights", "its unit per um", any_number, Absent{},
+                     "Three for each point of the arrangement: the error is the sum of weight times dx, dy and dz, "
+                     "tool minus table in the machine frame."),
         key::word("frame", {"machine", "table"}, "machine", "displacement: the frame of its components."),
         key::word("zero", {"first", "absolute"}, "absolute",
                   "displacement: first: zero at its first value; absolute: against the machine at its reference "
@@ -74,6 +93,7 @@ const KeyTable channels{
     {
         key::schema(Absent{"1"}),
         key::table("record", record, Absent{}, "How the record was taken."),
+        key::tables("arrangement", arrangement, Absent{}, "Points of a test that channels refer to."),
         key::tables("channel", channel_table, required, "One for each column but time_s."),
         key::tables("program", program_table, Absent{}, "Parts of the record that `evaluate` judges."),
     }};

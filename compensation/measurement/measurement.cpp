@@ -4,9 +4,11 @@
 #include "compensation/measurement/measurement.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "compensation/measurement/channel_keys.h"
@@ -68,7 +70,65 @@ std::string read_pose(const core::Node& node) {
   return text;
 }
 
-MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& seen) {
+/// Poses of the points of each test.
+using Arrangements = std::map<std::string, std::vector<std::string>>;
+
+Arrangements read_arrangements(const core::Node& root) {
+  Arrangements all;
+  std::vector<std::string> seen;
+  for (const core::Node& node : root.tables("arrangement")) {
+    const std::string id = node.text("id");
+    core::require_unique_id(id, node.place("id"), seen);
+    std::vector<std::string>& poses = all[id];
+    for (const core::Node& point : node.tables("point")) {
+      poses.push_back(read_pose(point));
+      point.finish();
+    }
+    if (poses.empty()) throw InputError(node.place(), "no point", "one [[arrangement.point]] or more");
+    node.finish();
+  }
+  return all;
+}
+
+/// Rotations and their location errors are in um/m.
+bool is_rotation(const std::string& quantity) { return std::string("rABC").find(quantity[0]) != std::string::npos; }
+
+/// The points and weights of a location error.
+void read_points(const core::Node& node, const Arrangements& arrangements, MeasuredChannel& channel) {
+  if (!node.has("arrangement")) {
+    if (node.has("weights")) throw InputError(node.place("weights"), "weights without an arrangement", "both");
+    return;
+  }
+  channel.arrangement = node.text("arrangement");
+  const auto found = arrangements.find(channel.arrangement);
+  if (found == arrangements.end()) {
+    std::vector<std::string> ids;
+    for (const auto& [id, poses] : arrangements) ids.push_back(id);
+    throw InputError(node.place("arrangement"), "'" + channel.arrangement + "'",
+                     ids.empty() ? "the id of an [[arrangement]]; there is none"
+                                 : "the id of an [[arrangement]] (nearest: " + core::nearest(channel.arrangement, ids) +
+                                       ")");
+  }
+  if (channel.quantity.size() != 3)
+    throw InputError(node.place("arrangement"), "an arrangement of '" + channel.quantity + "'", "a location error");
+  for (const char* other : {"pose", "frame"}) {
+    if (node.has(other))
+      throw InputError(node.place(other), std::string(other) + " beside an arrangement", "one of them");
+  }
+  const std::vector<double> weights = node.has("weights") ? node.numbers("weights") : std::vector<double>();
+  const std::vector<std::string>& poses = found->second;
+  if (weights.size() != 3 * poses.size()) {
+    throw InputError(node.place(node.has("weights") ? "weights" : "arrangement"),
+                     fmt::format("{} weights for {} points", weights.size(), poses.size()),
+                     fmt::format("{}: three for each point", 3 * poses.size()));
+  }
+  if (std::all_of(weights.begin(), weights.end(), [](double weight) { return weight == 0.0; }))
+    throw InputError(node.place("weights"), "all weights 0", "at least one other than 0");
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    channel.points.push_back({poses[i], {weights[3 * i], weights[3 * i + 1], weights[3 * i + 2]}});
+}
+
+MeasuredChannel read_channel(const core::Node& node, const Arrangements& arrangements, std::vector<std::string>& seen) {
   MeasuredChannel channel;
   channel.id = node.text("id");
   // Column names may hold more than ids of machine.toml do ("dx@1"), but not what ends a cell.
@@ -95,13 +155,12 @@ MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& s
     channel.frame = node.choice("frame");
     channel.zero = node.choice("zero") == "first" ? Zero::first : Zero::absolute;
     if (!channel.quantity.empty()) {
-      const bool turns = channel.quantity[0] == 'r' || channel.quantity[0] == 'A' || channel.quantity[0] == 'B' ||
-                         channel.quantity[0] == 'C';
-      const std::string unit = turns ? "um/m" : "um";
+      const std::string unit = is_rotation(channel.quantity) ? "um/m" : "um";
       if (channel.unit != unit) {
         throw InputError(node.place("unit"), "'" + channel.unit + "' for " + channel.quantity, "'" + unit + "'");
       }
     }
+    read_points(node, arrangements, channel);
   }
   if (!channel.sensor.empty() && !channel.input.empty()) {
     throw InputError(node.place("input"), "sensor and input in one channel", "one of them");
@@ -170,6 +229,36 @@ std::vector<Program> read_programs(const core::Node& root) {
   return programs;
 }
 
+/// "X=1,B=45" as `X_mm = 1, B_deg = 45`.
+std::string pose_keys(const std::string& text) {
+  std::string pose;
+  std::size_t start = 0;
+  while (start < text.size()) {
+    const std::size_t comma = std::min(text.find(',', start), text.size());
+    const std::string part = text.substr(start, comma - start);
+    const std::size_t equals = part.find('=');
+    const std::string axis = part.substr(0, equals);
+    // Rotary axes are A, B, C by ISO 841; everything else moves straight.
+    const bool turns = axis.find_first_of("ABC") == 0;
+    pose += fmt::format("{}{}{} = {}", pose.empty() ? "" : ", ", axis, turns ? "_deg" : "_mm", part.substr(equals + 1));
+    start = comma + 1;
+  }
+  return pose;
+}
+
+/// The points of all tests, each once.
+void write_arrangements(const Measurement& measurement, fmt::appender out) {
+  std::vector<std::string> written;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.points.empty() || std::find(written.begin(), written.end(), channel.arrangement) != written.end())
+      continue;
+    written.push_back(channel.arrangement);
+    fmt::format_to(out, "[[arrangement]]\nid = \"{}\"\n", channel.arrangement);
+    for (const PointShare& point : channel.points)
+      fmt::format_to(out, "[[arrangement.point]]\npose = {{{}}}\n", pose_keys(point.pose_text));
+  }
+}
+
 double read_hour(const core::Node& node, const std::string& key) {
   const std::string text = node.text(key);
   if (const std::optional<double> hours = core::hours_of_day(text)) return *hours;
@@ -198,7 +287,9 @@ Measurement read_measurement(const std::filesystem::path& folder) {
     record->finish();
   }
   std::vector<std::string> seen{"time_s"};
-  for (const core::Node& node : root.tables("channel")) measurement.channels.push_back(read_channel(node, seen));
+  const Arrangements arrangements = read_arrangements(root);
+  for (const core::Node& node : root.tables("channel"))
+    measurement.channels.push_back(read_channel(node, arrangements, seen));
   measurement.programs = read_programs(root);
   root.finish();
   if (measurement.channels.empty()) {
@@ -232,6 +323,7 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
     const long minutes = std::lround(60.0 * measurement.starts_at_h) % (24 * 60);
     fmt::format_to(out, "starts_at = \"{:02}:{:02}\"\n", minutes / 60, minutes % 60);
   }
+  write_arrangements(measurement, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     fmt::format_to(out, "[[channel]]\nid = \"{}\"\nkind = \"{}\"\nunit = \"{}\"\nuncertainty = {}\n", channel.id,
                    kind_of(channel.kind).word, channel.unit, channel.uncertainty);
@@ -241,23 +333,16 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
     if (channel.kind != ChannelKind::displacement) continue;
     if (!channel.quantity.empty()) fmt::format_to(out, "quantity = \"{}\"\n", channel.quantity);
     if (!channel.pose_text.empty()) {
-      std::string pose;
-      std::size_t start = 0;
-      while (start < channel.pose_text.size()) {
-        const std::size_t comma = std::min(channel.pose_text.find(',', start), channel.pose_text.size());
-        const std::string part = channel.pose_text.substr(start, comma - start);
-        const std::size_t equals = part.find('=');
-        const std::string axis = part.substr(0, equals);
-        // Rotary axes are A, B, C by ISO 841; everything else moves straight.
-        const bool turns = axis.find_first_of("ABC") == 0;
-        pose +=
-            fmt::format("{}{}{} = {}", pose.empty() ? "" : ", ", axis, turns ? "_deg" : "_mm", part.substr(equals + 1));
-        start = comma + 1;
-      }
-      fmt::format_to(out, "pose = {{{}}}\n", pose);
+      fmt::format_to(out, "pose = {{{}}}\n", pose_keys(channel.pose_text));
     }
-    fmt::format_to(out, "frame = \"{}\"\nzero = \"{}\"\n", channel.frame,
-                   channel.zero == Zero::first ? "first" : "absolute");
+    if (channel.points.empty()) {
+      fmt::format_to(out, "frame = \"{}\"\n", channel.frame);
+    } else {
+      std::vector<double> weights;
+      for (const PointShare& point : channel.points) weights.insert(weights.end(), point.weight.begin(), point.weight.end());
+      fmt::format_to(out, "arrangement = \"{}\"\nweights = [{:.10g}]\n", channel.arrangement, fmt::join(weights, ", "));
+    }
+    fmt::format_to(out, "zero = \"{}\"\n", channel.zero == Zero::first ? "first" : "absolute");
   }
   for (const Program& program : measurement.programs) {
     fmt::format_to(out, "[[program]]\nname = \"{}\"\nfrom_s = {}\nto_s = {}\n", program.name, program.from_s,

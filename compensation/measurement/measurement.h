@@ -18,6 +18,12 @@ namespace thermotwin::compensation {
 enum class ChannelKind { temperature, displacement, speed, power, position, flow, state };
 enum class Zero { first, absolute };
 
+/// Share of one point in a channel that is a weighted sum of deviations.
+struct PointShare {
+  std::string pose_text;                              ///< as MeasuredChannel::pose_text
+  Eigen::Vector3d weight = Eigen::Vector3d::Zero();  ///< of dx, dy and dz there, in the channel's unit per um
+};
+
 struct MeasuredChannel {
   std::string id, unit;  ///< degC K | um um/m | rpm mm_min deg_min | W | mm deg | kg_s | 1
   ChannelKind kind;
@@ -30,6 +36,11 @@ struct MeasuredChannel {
   std::string frame = "machine";  ///< machine | table
   Zero zero = Zero::absolute;
   Eigen::Index column = 0;  ///< in data.csv
+  /// The points of a location error that was computed from deviations (tool - table, machine frame):
+  ///   value = sum_i weight_i . (dx, dy, dz) at the pose i.
+  /// Channels of the same arrangement have the same points. Empty: the definition of the error holds, at pose_text.
+  std::vector<PointShare> points;
+  std::string arrangement;  ///< id of the points
 };
 
 /// A named part of the record: an experiment with a load program of its own.

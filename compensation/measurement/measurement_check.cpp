@@ -71,6 +71,10 @@ void check_displacement(const std::string& place, const MeasuredChannel& channel
     }
   }
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
+  for (std::size_t i = 0; i < channel.points.size(); ++i) {
+    mesh::parse_pose(machine, channel.points[i].pose_text,
+                     fmt::format("{} arrangement '{}' point {}", place, channel.arrangement, i + 1));
+  }
 }
 
 constexpr Eigen::Index few = 3, hundred = 100;  ///< fault codes that are blanked: so many, or one of so many

@@ -84,9 +84,10 @@ MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
 /// How far the fitted part of each channel is from a prediction, RMS. (channels)
 VectorXd seen_in(const Problem& problem, const VectorXd& predicted) {
   const auto& channels = problem.observations.channels;
+  const VectorXd residual = problem.decorrelated(problem.measured - predicted);
   VectorXd seen(std::ssize(channels));
   for (std::size_t k = 0; k < channels.size(); ++k)
-    seen[k] = root_mean_square((problem.measured - predicted).segment(problem.first_row(k), channels[k].fitted));
+    seen[k] = root_mean_square(residual.segment(problem.first_row(k), channels[k].fitted));
   return seen;
 }
 

@@ -34,7 +34,7 @@ struct White {
 
   explicit White(const Problem& problem, bool whole_record = false);
   Eigen::MatrixXd of(const Problem& problem, const Eigen::MatrixXd& stacked) const {
-    return whitener.whiten(whole ? stacked : problem.fitted(stacked));
+    return whitener.whiten(whole ? problem.decorrelated(stacked) : problem.fitted(stacked));
   }
 };
 

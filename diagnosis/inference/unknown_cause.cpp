@@ -70,8 +70,10 @@ double log_mean(const std::vector<double>& logs) {
 
 }  // namespace
 
-UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns, const VectorXd& prior_std,
-                                 const VectorXd& residual, const VectorXd& seen, const std::vector<double>& levels) {
+UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_channels, const VectorXd& prior_std,
+                                 const VectorXd& residual_of_channels, const VectorXd& seen, const std::vector<double>& levels) {
+  const MatrixXd columns = problem.decorrelated(of_channels);
+  const VectorXd residual = problem.decorrelated(residual_of_channels);
   const auto& observed = problem.observations.channels;
   const std::size_t channels = observed.size(), wandering = levels.size() * std::size(memories_s);
   const std::size_t sizes = wandering + std::size(inflations), wide = sizes + 1;

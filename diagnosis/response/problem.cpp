@@ -100,8 +100,8 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
 }
 
 bool same_pose(const ObservedChannel& a, const ObservedChannel& b) {
-  return &a != &b && a.record == b.record && !a.is_temperature() && !b.is_temperature() &&
-         a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
+  return &a != &b && a.record == b.record && !a.is_temperature() && !b.is_temperature() && a.channel.points.empty() &&
+         b.channel.points.empty() && a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
 }
 
 /// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little
@@ -131,38 +131,162 @@ struct ModelError {
   bool of_whole_motion;  ///< of the motion in all directions, else of the channel's own change
 };
 
+/// A series as it is compared: a channel, or a sum of a test's channels in its place.
+struct Compared {
+  const ObservedChannel& channel;  ///< its times and samples
+  Eigen::VectorXd value, predicted;
+  double noise;  ///< stated
+  Floor floor;
+};
+
+/// Less its start.
+Eigen::VectorXd moved_of(const Compared& series, double start_C) {
+  const bool from_first = series.channel.channel.zero == compensation::Zero::first;
+  const double at_start = from_first ? 0.0 : series.channel.is_temperature() ? start_C : series.predicted[0];
+  return series.predicted.array() - at_start;
+}
+
+double amplitude_of(const Compared& series, const Eigen::VectorXd& moved) {
+  // Held-out values must not enter, not even the size of an error term.
+  const bool from_first = series.channel.channel.zero == compensation::Zero::first;
+  const Eigen::VectorXd measured =
+      series.value.head(series.channel.fitted).array() - (from_first ? 0.0 : series.value[0]);
+  return std::max({root_mean_square(moved), root_mean_square(measured), 3.0 * series.floor.slow});
+}
+
+/// @param shapes  (n x any)  @param slow  error of mesh and material data that wanders
+ChannelCovariance covariance_of(const Compared& series, Eigen::MatrixXd shapes, double slow) {
+  const ObservedChannel& channel = series.channel;
+  ChannelCovariance cov;
+  cov.time = channel.time;
+  const double noise = std::max(series.noise, series.floor.noise);
+  cov.noise_variance = noise * noise * channel.samples.cwiseInverse().cwiseMax(least_noise_share);
+  cov.shapes = std::move(shapes);
+  cov.wander = {{std::hypot(slow, series.floor.slow), slow_hours * hour},
+                {std::hypot(0.5 * slow, series.floor.fast), fast_hours * hour}};
+  const double seen = root_mean_square((series.value - series.predicted).head(channel.fitted));
+  for (std::size_t i = 0; i < std::size(form_error_share); ++i)
+    cov.wander.push_back({form_error_share[i] * seen, form_error_hours[i] * hour});
+  return cov;
+}
+
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
 /// @param model_error  of mesh and discretisation
 /// @param beside  (n x others) what the other directions at the pose move
-ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
-                                     const Eigen::MatrixXd& beside, double start_C, const MaterialSpread& spread,
-                                     const ModelError& model_error, double& amplitude) {
-  const Floor floor = floor_of(channel);
-  ChannelCovariance cov;
-  cov.time = channel.time;
-  const double noise = std::max(channel.channel.uncertainty, floor.noise);
-  cov.noise_variance = noise * noise * channel.samples.cwiseInverse().cwiseMax(least_noise_share);
-  const bool from_first = channel.channel.zero == compensation::Zero::first;
-  const double at_start = from_first ? 0.0 : channel.is_temperature() ? start_C : predicted[0];
-  const Eigen::VectorXd moved = predicted.array() - at_start;
-  // Held-out values must not enter, not even the size of an error term.
-  const Eigen::VectorXd measured_moved =
-      channel.value.head(channel.fitted).array() - (from_first ? 0.0 : channel.value[0]);
-  amplitude = std::max({root_mean_square(moved), root_mean_square(measured_moved), 3.0 * floor.slow});
+ChannelCovariance channel_covariance(const Compared& series, const Eigen::MatrixXd& beside, double start_C,
+                                     const MaterialSpread& spread, const ModelError& model_error, double& amplitude) {
+  const ObservedChannel& channel = series.channel;
+  const Eigen::VectorXd moved = moved_of(series, start_C);
+  amplitude = amplitude_of(series, moved);
   const double factor = channel.is_temperature() ? model_error.share : std::hypot(model_error.share, spread.expansion);
-  cov.shapes.resize(channel.size(), 1 + beside.cols());
-  cov.shapes << factor * moved, model_error.share * beside;
+  Eigen::MatrixXd shapes(channel.size(), 1 + beside.cols());
+  shapes << factor * moved, model_error.share * beside;
   double motion = amplitude;
   if (model_error.of_whole_motion && beside.size() > 0)
     motion = std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(channel.size())));
-  const double slow = std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude);
-  cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
-                {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
-  const double seen = root_mean_square((channel.value - predicted).head(channel.fitted));
-  for (std::size_t i = 0; i < std::size(form_error_share); ++i)
-    cov.wander.push_back({form_error_share[i] * seen, form_error_hours[i] * hour});
-  return cov;
+  return covariance_of(series, std::move(shapes), std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude));
+}
+
+/// Columns for zeros of displacements, which were read with noise themselves. Those of a test's channels are zeros of
+/// its sums.
+/// @param zeroed  channels of the columns from `first` on
+void set_zeros(Problem& problem, const std::vector<std::size_t>& zeroed, Index first) {
+  const std::vector<ObservedChannel>& channels = problem.observations.channels;
+  const auto column_of = [&](std::size_t k) {
+    return first + (std::find(zeroed.begin(), zeroed.end(), k) - zeroed.begin());
+  };
+  for (const std::size_t k : zeroed) {
+    problem.columns.col(column_of(k)).segment(problem.first_row(k), channels[k].size()).setOnes();
+    problem.prior_std[column_of(k)] = std::max(channels[k].channel.uncertainty, floor_of(channels[k]).noise);
+  }
+  for (const PointTest& test : problem.tests) {
+    const Eigen::VectorXd gains = gains_of(test.weights_of_sums());
+    for (Index k = 0; k < gains.size(); ++k) {
+      const std::size_t of = test.channels[k];
+      for (Index l = 0; l < gains.size(); ++l) {
+        const std::size_t on = test.channels[l];
+        problem.columns.col(column_of(of))
+            .segment(problem.first_row(on), channels[on].size())
+            .setConstant(test.from_sums(l, k));
+      }
+      problem.prior_std[column_of(of)] =
+          std::max(channels[of].channel.uncertainty, gains[k] * floor_of(channels[of]).noise);
+    }
+  }
+}
+
+/// @param first  column of the mesh errors of all tests
+void set_mesh_errors(Problem& problem, const std::vector<TestErrors>& errors, Index first) {
+  for (std::size_t t = 0; t < errors.size(); ++t) {
+    for (const Eigen::MatrixXd& one : errors[t].joint) {
+      for (Index k = 0; k < one.cols(); ++k)
+        problem.columns.col(first).segment(problem.first_row(problem.tests[t].channels[k]), one.rows()) = one.col(k);
+      problem.prior_std[first++] = 1.0;
+    }
+  }
+}
+
+/// Covariances of the sums of a test in the places of its channels.
+void set_covariance(Problem& problem, const PointTest& test, const TestErrors& errors, const MaterialSpread& spread) {
+  const Eigen::VectorXd measured = problem.decorrelated(problem.measured),
+                        predicted = problem.decorrelated(problem.predicted), gains = gains_of(test.weights_of_sums());
+  for (Index k = 0; k < gains.size(); ++k) {
+    const std::size_t of = test.channels[k];
+    const ObservedChannel& channel = problem.observations.channels[of];
+    const Index first = problem.first_row(of), n = channel.size();
+    const Floor floor = floor_of(channel);
+    const Compared series{channel,
+                          measured.segment(first, n),
+                          predicted.segment(first, n),
+                          channel.channel.uncertainty,
+                          {gains[k] * floor.noise, gains[k] * floor.slow, gains[k] * floor.fast}};
+    const Eigen::VectorXd moved = moved_of(series, 0.0);
+    problem.amplitude[of] = amplitude_of(series, moved);
+    problem.covariance[of] = covariance_of(series, spread.expansion * moved,
+                                           std::hypot(errors.independent[k], 0.5 * spread.heat * problem.amplitude[of]));
+  }
+}
+
+void set_covariances(Problem& problem, const MeshAllowance& allowance, const MaterialSpread& spread,
+                     const std::vector<TestErrors>& errors) {
+  const Observations& obs = problem.observations;
+  const auto channels = obs.channels.size();
+  problem.amplitude.resize(std::ssize(obs.channels));
+  problem.covariance.resize(channels);
+  for (std::size_t k = 0; k < channels; ++k) {
+    const ObservedChannel& channel = obs.channels[k];
+    if (!channel.channel.points.empty()) continue;
+    const Index first = problem.first_row(k), n = channel.size();
+    const Compared series{channel, problem.measured.segment(first, n), problem.predicted.segment(first, n),
+                          channel.channel.uncertainty, floor_of(channel)};
+    problem.covariance[k] = channel_covariance(series, moves_beside(problem, k), obs.each()[channel.record].start_C,
+                                               spread, {allowance.of(channel), allowance.is_of_whole_motion()},
+                                               problem.amplitude[k]);
+  }
+  for (std::size_t t = 0; t < errors.size(); ++t) set_covariance(problem, problem.tests[t], errors[t], spread);
+}
+
+/// Of measured minus predicted without a cause, in the channels' own units.
+Eigen::VectorXd expected_std(const Problem& problem) {
+  const std::vector<ObservedChannel>& channels = problem.observations.channels;
+  Eigen::VectorXd variance(problem.measured.size());
+  for (std::size_t k = 0; k < channels.size(); ++k)
+    variance.segment(problem.first_row(k), channels[k].size()) = problem.covariance[k].variance();
+  const Eigen::VectorXd of_sums = variance;
+  for (const PointTest& test : problem.tests) {
+    for (std::size_t k = 0; k < test.channels.size(); ++k) {
+      const Index n = channels[test.channels[k]].size();
+      auto own = variance.segment(problem.first_row(test.channels[k]), n);
+      own.setZero();
+      for (std::size_t l = 0; l < test.channels.size(); ++l) {
+        const double share = test.from_sums(static_cast<Index>(k), static_cast<Index>(l));
+        own += share * share * of_sums.segment(problem.first_row(test.channels[l]), n);
+      }
+    }
+  }
+  variance += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
+  return variance.cwiseSqrt();
 }
 
 /// ln of the Bayes factor at which two causes are told apart: that of what counts as identifiable.
@@ -235,7 +359,13 @@ Index Problem::first_row(std::size_t channel) const {
   return row;
 }
 
-Eigen::MatrixXd Problem::fitted(const Eigen::MatrixXd& stacked) const {
+Eigen::MatrixXd Problem::decorrelated(const Eigen::MatrixXd& stacked) const {
+  return tests.empty() ? stacked : with_sums(tests, observations, stacked);
+}
+
+Eigen::MatrixXd Problem::fitted(const Eigen::MatrixXd& as_measured) const {
+  const Eigen::MatrixXd sums = tests.empty() ? Eigen::MatrixXd() : decorrelated(as_measured);
+  const Eigen::MatrixXd& stacked = tests.empty() ? as_measured : sums;
   Index total = 0;
   for (const ObservedChannel& channel : observations.channels) total += channel.fitted;
   Eigen::MatrixXd result(total, stacked.cols());
@@ -295,12 +425,21 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   problem.measured = obs.stacked();
   problem.predicted = linear.predicted - linear.sensitivity * problem.around;
 
-  std::vector<std::size_t> zeroed;  // displacements: the zero itself was read with noise
+  const MeshAllowance allowance(machine, response.mesh_error(), options);
+  const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
+  problem.tests = tests_of(machine, obs);
+  std::vector<TestErrors> errors;
+  Index meshed = 0;
+  for (const PointTest& test : problem.tests) {
+    errors.push_back(errors_of(machine, obs, test, response, allowance));
+    meshed += std::ssize(errors.back().joint);
+  }
+  std::vector<std::size_t> zeroed;
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
   const auto air = std::ssize(wander);
   const Index starts = linear.start.cols(), held = linear.held.cols();
-  problem.columns.setZero(obs.size(), count + starts + air + std::ssize(zeroed) + held);
+  problem.columns.setZero(obs.size(), count + starts + air + std::ssize(zeroed) + meshed + held);
   problem.prior_std.resize(problem.columns.cols());
   problem.columns.leftCols(count) = linear.sensitivity;
   for (Index i = 0; i < count; ++i) problem.prior_std[i] = problem.parameters[i].nominal_std;
@@ -308,31 +447,13 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   problem.prior_std.segment(count, starts) = starts_std(linear.starts, obs);
   problem.columns.middleCols(count + starts, air) = linear.disturbed;
   for (Index k = 0; k < air; ++k) problem.prior_std[count + starts + k] = wander[k].std_K;
-  for (Index z = 0; z < std::ssize(zeroed); ++z) {
-    const ObservedChannel& channel = obs.channels[zeroed[z]];
-    const Index column = count + starts + air + z;
-    problem.columns.col(column).segment(problem.first_row(zeroed[z]), channel.size()).setOnes();
-    problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
-  }
-
+  set_zeros(problem, zeroed, count + starts + air);
+  set_mesh_errors(problem, errors, count + starts + air + std::ssize(zeroed));
   problem.columns.rightCols(held) = linear.held;
   for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[k].std;
 
-  const MeshAllowance allowance(machine, response.mesh_error(), options);
-  const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
-  problem.amplitude.resize(std::ssize(obs.channels));
-  problem.expected_std.resize(obs.size());
-  for (std::size_t k = 0; k < obs.channels.size(); ++k) {
-    const ObservedChannel& channel = obs.channels[k];
-    const Index first = problem.first_row(k);
-    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
-                                                    moves_beside(problem, k), obs.each()[channel.record].start_C,
-                                                    spread, {allowance.of(channel), allowance.is_of_whole_motion()},
-                                                    problem.amplitude[k]));
-    problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
-  }
-  problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
-  problem.expected_std = problem.expected_std.cwiseSqrt();
+  set_covariances(problem, allowance, spread, errors);
+  problem.expected_std = expected_std(problem);
   drop_causes_like_simpler_ones(machine, problem);
   return problem;
 }

@@ -14,6 +14,7 @@
 #include "diagnosis/record/observations.h"
 #include "diagnosis/record/several_records.h"
 #include "diagnosis/response/response.h"
+#include "diagnosis/response/weighted_points.h"
 #include "diagnosis/statistics/covariance.h"
 
 namespace thermotwin::diagnosis {
@@ -26,16 +27,21 @@ struct Problem {
   /// standard deviations changes the effect of another.
   Eigen::VectorXd around;
   Eigen::VectorXd measured, predicted;  ///< (observations); predicted: at nominal, by the linearisation
-  Eigen::MatrixXd columns;              ///< (observations x (parameters + start + surroundings + zeros + late changes))
+  /// (observations x (parameters + start + surroundings + zeros + mesh errors of tests + late changes))
+  Eigen::MatrixXd columns;
   Eigen::VectorXd prior_std;            ///< (columns) prior standard deviation of a machine without faults
   /// By index of a parameter whose place is uncertain: errors of its column, (observations x few) per unit of the
   /// parameter, each of one standard deviation.
   std::map<int, Eigen::MatrixXd> place_freedom;
-  std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
-  Eigen::VectorXd amplitude;                  ///< (channels) RMS change from the start, in the channel's unit
+  std::vector<PointTest> tests;  ///< channels whose errors are correlated
+  /// Per channel, all its times. Of a test's channels that of the sum in the channel's place, see decorrelated().
+  std::vector<ChannelCovariance> covariance;
+  Eigen::VectorXd amplitude;  ///< (channels) RMS change from the start, in the channel's unit; of a test's of its sums
   Eigen::VectorXd expected_std;               ///< (observations) of measured minus predicted without a cause
 
-  /// @return the rows that are not held out, channel after channel  @param stacked  (observations x any)
+  /// @return the rows with sums of independent errors in place of a test's channels  @param stacked (observations x any)
+  Eigen::MatrixXd decorrelated(const Eigen::MatrixXd& stacked) const;
+  /// @return of the decorrelated rows those that are not held out, channel after channel  @param stacked as above
   Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;
   std::vector<ChannelCovariance> fitted_covariance() const;
   /// @return the first observation of a channel

@@ -12,6 +12,7 @@
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/reduced_models.h"
 #include "core/thread_pool.h"
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/readings.h"
@@ -30,20 +31,46 @@ constexpr double spread_s = 600.0;  ///< 18 cm in steel
 constexpr double least_start_s = 1800.0;
 constexpr Index most_start_modes = 16;
 
-/// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is the observation's
-/// affair. Rows at a pose beside it, which shows the growth of the table, are taken as equal to those at the pose.
-Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose,
-                            const compensation::MeasuredChannel& channel) {
-  const compensation::ObservedQuantity quantity(machine, channel, pose);
+/// What is seen of the 19 rows of reduction::side_rows at a pose, by a function of the TCP error there.
+/// @param seen  (TcpError) -> values, um or um/m
+template <class Seen>
+MatrixXd sides_at(const mesh::Machine& machine, const mesh::Pose& pose, Index values, const Seen& seen) {
   const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
-  Eigen::RowVectorXd sides(19);
+  MatrixXd sides(values, 19);
   for (Index i = 0; i < 19; ++i) {
-    std::vector<solver::TcpError> errors;
-    for (const mesh::Pose& at : quantity.poses()) {
-      errors.push_back(
-          solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
-    }
-    sides[i] = quantity(errors);
+    sides.col(i) = seen([&](const mesh::Pose& at) {
+      return solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>());
+    }, pose);
+  }
+  return sides;
+}
+
+/// What a displacement channel shows of the 19 rows at poses. The zero is the observation's affair.
+struct Sides {
+  std::vector<mesh::Pose> poses;
+  std::vector<Eigen::RowVectorXd> rows;  ///< (poses) 19 each
+};
+
+/// A channel with points has rows at each of them. Of another, rows at a pose beside its own, which show the growth of
+/// the table, are taken as equal to those at the pose.
+Sides sides_of(const mesh::Machine& machine, const ObservedChannel& observed) {
+  const compensation::ObservedQuantity quantity(machine, observed.channel, observed.pose);
+  if (observed.channel.points.empty()) {
+    const auto seen = [&](const auto& error_at, const mesh::Pose&) {
+      std::vector<solver::TcpError> errors;
+      for (const mesh::Pose& at : quantity.poses()) errors.push_back(error_at(at));
+      return Eigen::VectorXd::Constant(1, quantity(errors));
+    };
+    return {{observed.pose}, {sides_at(machine, observed.pose, 1, seen)}};
+  }
+  Sides sides;
+  for (std::size_t k = 0; k < quantity.poses().size(); ++k) {
+    const auto seen = [&](const auto& error_at, const mesh::Pose& pose) {
+      return Eigen::VectorXd::Constant(
+          1, observed.channel.points[k].weight.dot(error_at(pose).error.template head<3>()) / core::units::um);
+    };
+    sides.poses.push_back(quantity.poses()[k]);
+    sides.rows.emplace_back(sides_at(machine, sides.poses.back(), 1, seen));
   }
   return sides;
 }
@@ -160,16 +187,14 @@ Response::Rows Response::observed_rows() const {
   const mesh::Machine& machine = model_.machine;
   const Index r = model_.system.order(), channels = std::ssize(observations_.channels),
               count = channels + (model_.sensor_air ? model_.sensor_air->volumes.rows() : 0);
-  std::vector<Eigen::RowVectorXd> sides;  // of displacements
-  for (const ObservedChannel& observed : observations_.channels) {
-    sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd()
-                                              : sides_of(machine, observed.pose, observed.channel));
-  }
+  std::vector<Sides> sides;  // of displacements
+  for (const ObservedChannel& observed : observations_.channels)
+    sides.push_back(observed.is_temperature() ? Sides() : sides_of(machine, observed));
   const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
     MatrixXd all = MatrixXd::Zero(count, r);
     for (Index k = 0; k < channels; ++k) {
-      if (const std::size_t at = k; sides[at].size() > 0)
-        all.row(k) = sides[at] * reduction::side_rows(machine, outputs, observations_.channels[at].pose);
+      for (std::size_t i = 0; i < sides[k].poses.size(); ++i)
+        all.row(k) += sides[k].rows[i] * reduction::side_rows(machine, outputs, sides[k].poses[i]);
     }
     return all;
   };
@@ -401,6 +426,20 @@ MatrixXd Response::start_modes(const mesh::Machine& machine) const {
 MatrixXd Response::spread_heat() const {
   const reduction::ReducedSystem& system = model_.system;
   return system.capacity * Eigen::PartialPivLU<MatrixXd>(system.capacity + spread_s * system.conduction).inverse();
+}
+
+MatrixXd Response::deviations(const MachineInTime& machine, int record, const std::vector<mesh::Pose>& poses) const {
+  if (!each_.empty()) return each_[record].deviations(machine, 0, poses);
+  const auto seen = [](const auto& error_at, const mesh::Pose& pose) {
+    return Eigen::VectorXd(error_at(pose).error.template head<3>() / core::units::um);
+  };
+  MatrixXd rows(3 * std::ssize(poses), model_.system.order());
+  for (Index k = 0; k < std::ssize(poses); ++k) {
+    rows.middleRows(3 * k, 3) = sides_at(model_.machine, poses[k], 3, seen) *
+                                reduction::side_rows(model_.machine, model_.outputs, poses[k]);
+  }
+  std::vector<Variant> none;
+  return run(machine, none, Rows{rows, {}, {}, {}, {}}).front();
 }
 
 MatrixXd Response::elsewhere(const MachineInTime& machine, const std::vector<mesh::Pose>& poses) const {

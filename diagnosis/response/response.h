@@ -88,6 +88,9 @@ public:
   /// inputs: what another measurement would have seen. (points x (sensors + 3 poses))
   Eigen::MatrixXd elsewhere(const MachineInTime& machine, const std::vector<mesh::Pose>& poses) const;
 
+  /// dx dy dz of the TCP error, um, at poses along one of the records. (points x 3 poses)
+  Eigen::MatrixXd deviations(const MachineInTime& machine, int record, const std::vector<mesh::Pose>& poses) const;
+
 private:
   /// Output rows of a machine whose expansions or stiffnesses may differ from the model's own.
   struct Rows {

@@ -39,7 +39,8 @@ LinearFit fit_linear(const MatrixXd& rows, const VectorXd& right) {
   const VectorXd inverse = singular.head(rank).cwiseInverse();
   LinearFit fit;
   const MatrixXd root = scale.cwiseInverse().asDiagonal() * v * inverse.asDiagonal();
-  fit.value = root * (parts.matrixU().leftCols(rank).transpose() * right);
+  fit.inverse = root * parts.matrixU().leftCols(rank).transpose();
+  fit.value = fit.inverse * right;
   fit.cofactor = root * root.transpose();
   fit.unobserved = parts.matrixV().rightCols(rows.cols() - rank);
   fit.residual = right - rows * fit.value;
@@ -75,11 +76,13 @@ CycleResult cycle_result(const LinearFit& fit, Index errors, double variance) {
   result.residual_rms = std::sqrt(fit.residual.squaredNorm() / fit.residual.size());
   result.value = fit.value.head(errors);
   result.covariance = variance * fit.cofactor.topLeftCorner(errors, errors);
+  if (fit.inverse.cols() <= most_functional_rows) result.functional = fit.inverse.topRows(errors);
   for (Index e = 0; e < errors; ++e) {
     if (!fit.hides(e)) continue;
     result.value[e] = nan;
     result.covariance.row(e).setConstant(nan);
     result.covariance.col(e).setConstant(nan);
+    if (result.functional.size() > 0) result.functional.row(e).setConstant(nan);
   }
   return result;
 }

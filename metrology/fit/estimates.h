@@ -26,6 +26,8 @@ struct CycleResult {
   std::vector<Harmonic> harmonics;
   Eigen::VectorXd residual;  ///< (rows) m, measured less fitted, of the cycle itself
   double residual_rms = 0;   ///< m, of a coordinate
+  /// (errors x rows) values = functional * measured; NaN: not observable. Empty: more than most_functional_rows.
+  Eigen::MatrixXd functional;
   int rank = 0, parameters = 0;
   Eigen::Index degrees_of_freedom = 0;
 };
@@ -44,6 +46,7 @@ struct Estimates {
 
 struct LinearFit {
   Eigen::VectorXd value;       ///< (parameters)
+  Eigen::MatrixXd inverse;     ///< (parameters x rows) value = inverse * right
   Eigen::MatrixXd cofactor;    ///< (parameters x parameters)
   Eigen::MatrixXd unobserved;  ///< (parameters x directions), in the scaled parameters
   Eigen::VectorXd residual;    ///< (rows)
@@ -53,6 +56,8 @@ struct LinearFit {
   std::string same_effect(const std::vector<std::string>& names, Eigen::Index parameter,
                           const std::string& others) const;
 };
+
+inline constexpr Eigen::Index most_functional_rows = 6000;
 
 inline constexpr double weakest = 1e-7;  ///< smallest singular value over the largest that counts as observed
 

@@ -92,10 +92,48 @@ MatrixXd table_shifts(const RTestRecord& record, const RTestCycle& cycle) {
 }
 
 struct Equations {
-  MatrixXd rows;  ///< (3 points x parameters): errors, drift, harmonics, shifts of the table
+  MatrixXd rows;  ///< (3 points x parameters): errors, drift, harmonics, shifts of the table, drift of errors
   VectorXd deviation;
-  Index drift = 0;  ///< columns
+  Index drift = 0;   ///< columns of the drift of all points
+  Index others = 0;  ///< columns of harmonics
 };
+
+constexpr double least_distinct = 0.3;  ///< of an effect that is no sum of others
+constexpr Index least_freedom = 2;      ///< coordinates beyond the parameters that drifts of errors leave
+
+/// Columns for the drift of growth and rotations where the points distinguish it.
+/// @param moves  (3 points x errors)  @param tau  (points) -1/2 to 1/2 over the cycle
+void add_drifts_of_errors(const std::vector<ErrorTerm>& terms, const MatrixXd& moves, const VectorXd& tau,
+                          MatrixXd& rows) {
+  std::vector<Index> order;
+  for (const bool growth : {true, false}) {
+    for (Index e = 0; e < std::ssize(terms); ++e) {
+      const std::string& name = terms[e].name;
+      const bool rotation = terms[e].power == 0 && name[0] >= 'A' && name[0] <= 'C';
+      if (growth ? name == "R0T" : rotation) order.push_back(e);
+    }
+  }
+  std::vector<VectorXd> basis;  // orthonormal, of the effects so far
+  const auto left_of = [&](VectorXd column) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (const VectorXd& known : basis) column -= known * known.dot(column);
+    return column;
+  };
+  const auto add = [&](const VectorXd& column, double least) {
+    const VectorXd left = left_of(column);
+    const bool distinct = left.norm() > least * column.norm();
+    if (distinct) basis.emplace_back(left.normalized());
+    return distinct;
+  };
+  for (const auto& column : rows.colwise()) add(column, weakest);
+  for (const Index e : order) {
+    VectorXd column = moves.col(e);
+    for (Index i = 0; i < tau.size(); ++i) column.segment<3>(3 * i) *= tau[i];
+    if (rows.cols() + least_freedom >= rows.rows() || !add(column, least_distinct)) continue;
+    rows.conservativeResize(Eigen::NoChange, rows.cols() + 1);
+    rows.rightCols(1) = column;
+  }
+}
 
 Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const LocationOffsets& map,
                        const std::vector<ErrorTerm>& terms) {
@@ -110,14 +148,15 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
   result.deviation.resize(3 * points);
   const double length = std::max(1e-9, cycle.last_time() - cycle.first_time());
   const double middle = 0.5 * (cycle.first_time() + cycle.last_time());
+  VectorXd tau(points);
   for (Index i = 0; i < points; ++i) {
     const RTestPoint& point = cycle.points[i];
     result.deviation.segment<3>(3 * i) = point.deviation;
     for (Index e = 0; e < errors; ++e) {
       result.rows.block<3, 1>(3 * i, e) = shift_of(terms[e], map, point.positions, point.nominal);
     }
-    if (result.drift > 0)
-      result.rows.block<3, 3>(3 * i, errors) = (point.time - middle) / length * Matrix3d::Identity();
+    tau[i] = (point.time - middle) / length;
+    if (result.drift > 0) result.rows.block<3, 3>(3 * i, errors) = tau[i] * Matrix3d::Identity();
     if (shifts.cols() > 0) {
       const Matrix3d table = mesh::KinematicChain::frame(record.chain.table, last, point.positions).linear();
       result.rows.block(3 * i, result.rows.cols() - shifts.cols(), 3, shifts.cols()) = -table * shifts;
@@ -133,6 +172,9 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
       result.rows.block<3, 3>(3 * i, column + 3) = sign * std::sin((n + 2) * angle) * frame;
     }
   }
+  result.others = 6 * orders;
+  if (result.drift > 0)
+    add_drifts_of_errors(terms, result.rows.leftCols(errors), tau, result.rows);
   return result;
 }
 
@@ -149,8 +191,9 @@ CycleResult result_of(const RTestRecord& record, const RTestCycle& cycle, const 
     result.drift = fit.value.segment<3>(errors);
     result.drift_std = record.std * fit.cofactor.diagonal().segment<3>(errors).cwiseSqrt();
   }
-  for (Index at = errors + equations.drift; at + 6 <= fit.value.size(); at += 6) {
-    Harmonic harmonic{static_cast<int>((at - errors - equations.drift) / 6) + 2, fit.value.segment<3>(at),
+  const Index first = errors + equations.drift;
+  for (Index at = first; at < first + equations.others; at += 6) {
+    Harmonic harmonic{static_cast<int>((at - first) / 6) + 2, fit.value.segment<3>(at),
                       fit.value.segment<3>(at + 3)};
     for (Index i = 0; i < 3; ++i) {
       if (fit.hides(at + i)) harmonic.cosine[i] = nan;

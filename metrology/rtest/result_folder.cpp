@@ -22,16 +22,6 @@ using Eigen::Index;
 
 namespace {
 
-/// Positions of a point as pose of a channel.
-std::string pose_text(const RTestRecord& record, const RTestPoint& point) {
-  std::string text;
-  for (const auto& [axis, position] : point.positions) {
-    const double unit = record.chain.find(axis)->rotary ? core::units::deg : core::units::mm;
-    text += fmt::format("{}{}={:.9g}", text.empty() ? "" : ",", axis, position / unit);
-  }
-  return text;
-}
-
 constexpr double same_time = 1e-3;  ///< s
 
 /// The rows of both tables in the order of time; a time that both have is one row.
@@ -62,17 +52,6 @@ Table merged(const Table& a, const Table& b) {
     ++row;
   }
   return table;
-}
-
-/// Positions of a point, of rotary axes within a turn.
-std::string place_text(const RTestRecord& record, RTestPoint point) {
-  for (auto& [axis, position] : point.positions) {
-    if (!record.chain.find(axis)->rotary) continue;
-    const double turn = 2.0 * std::numbers::pi;
-    position -= turn * std::floor(position / turn + 1e-9);
-    if (std::abs(position) < 1e-7) position = 0.0;
-  }
-  return pose_text(record, point);
 }
 
 /// A measurement beside the loads and temperatures of another.
@@ -156,14 +135,43 @@ Measurement measurement_of(const Estimates& estimates, const std::string& pose, 
   return with_record(measurement, beside);
 }
 
+Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis, const TestPoints& points,
+                           const std::optional<Measurement>& beside) {
+  const std::string pose = place_text(record, record.cycles.front().points.front());
+  Measurement measurement = measurement_of(analysis, pose, record.against_first, std::nullopt);
+  if (points.empty()) return with_record(measurement, beside);
+  std::string id = "rtest";
+  const auto taken = [&] {
+    return beside && std::any_of(beside->channels.begin(), beside->channels.end(),
+                                 [&](const MeasuredChannel& channel) { return channel.arrangement == id; });
+  };
+  for (int k = 2; taken(); ++k) id = fmt::format("rtest{}", k);
+  for (MeasuredChannel& channel : measurement.channels) {
+    const Index e = std::find(analysis.errors.begin(), analysis.errors.end(), channel.quantity) - analysis.errors.begin();
+    channel.pose_text.clear();
+    channel.arrangement = id;
+    for (std::size_t i = 0; i < points.poses.size(); ++i)
+      channel.points.push_back({points.poses[i], points.weights.row(e).segment<3>(3 * static_cast<Index>(i)).transpose()});
+    for (Index c = 0; c < measurement.data.rows(); ++c) {
+      if (!points.of_cycles[c]) measurement.data.values(c, channel.column) = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return with_record(measurement, beside);
+}
+
 Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
                            const std::optional<Measurement>& beside) {
-  return measurement_of(analysis, pose_text(record, record.cycles.front().points.front()), record.against_first,
-                        beside);
+  return measurement_of(record, analysis, common_points(record, analysis), beside);
 }
 
 Measurement points_measurement_of(const RTestRecord& record, const std::optional<Measurement>& beside) {
   std::map<std::string, std::size_t> places;  // by pose, numbered as they come
+  const auto key_of = [&](RTestPoint point) {
+    constexpr double turn = 2.0 * std::numbers::pi;
+    for (auto& [axis, position] : point.positions)
+      if (record.chain.find(axis)->rotary) position -= turn * std::floor(position / turn + 1e-9);
+    return place_text(record, point);
+  };
   Measurement measurement;
   measurement.data.source = record.source;
   measurement.data.columns = {"time_s"};
@@ -180,7 +188,7 @@ Measurement points_measurement_of(const RTestRecord& record, const std::optional
     }
     std::vector<std::size_t> seen;
     for (const RTestPoint& point : cycle.points) {
-      const std::size_t place = places.emplace(place_text(record, point), places.size()).first->second;
+      const std::size_t place = places.emplace(key_of(point), places.size()).first->second;
       if (std::find(seen.begin(), seen.end(), place) != seen.end()) continue;
       seen.push_back(place);
       rows.push_back({point.time, place, point.deviation});

@@ -9,6 +9,7 @@
 #include "compensation/measurement/measurement.h"
 #include "core/table.h"
 #include "metrology/rtest/analysis.h"
+#include "metrology/rtest/test_points.h"
 
 namespace thermotwin::metrology {
 
@@ -27,12 +28,16 @@ bool is_quantity(const std::string& name);
 /// @param beside  the record of loads and temperatures @throws InputError for a channel that both have
 compensation::Measurement measurement_of(const Estimates& estimates, const std::string& pose, bool against_first,
                                          const std::optional<compensation::Measurement>& beside);
+/// With the points and weights of common_points(), by which a machine predicts them. Cycles with other points are
+/// blank. Where there are none in common, the channels have the pose of the first point alone.
+compensation::Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
+                                         const TestPoints& points,
+                                         const std::optional<compensation::Measurement>& beside);
 compensation::Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
                                          const std::optional<compensation::Measurement>& beside);
 
 /// The deviations themselves: dx, dy and dz of the TCP error at each place of a discrete test, "dx@1", at the times
-/// of the points. They hold the tool's side as well, as the prediction of a machine does; a location error of a machine
-/// has the side of its axis alone. A place that a cycle measures twice has its first deviation.
+/// of the points. A place that a cycle measures twice has its first deviation.
 /// @throws InputError: a cycle with more than most_places points, a channel that both have
 compensation::Measurement points_measurement_of(const RTestRecord& record,
                                                 const std::optional<compensation::Measurement>& beside);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -164,6 +165,18 @@ std::string residual_words(const Estimates& estimates, double std) {
       pooled / units::um, pooled / std);
 }
 
+/// What the channels of location errors know of the points.
+std::string points_words(const metrology::TestPoints& points) {
+  if (points.empty()) {
+    return "the cycles have no points in common: the channels of the folder do not state them, and a diagnosis with a "
+           "machine needs --channels points\n";
+  }
+  const auto other = std::count(points.of_cycles.begin(), points.of_cycles.end(), false);
+  if (other == 0) return "";
+  return fmt::format("{} of {} cycles have other points than most: they are blank in the folder\n", other,
+                     points.of_cycles.size());
+}
+
 std::optional<compensation::Measurement> beside_of(const MeasureOptions& options) {
   if (options.record.empty()) return std::nullopt;
   return compensation::read_measurement(options.record);
@@ -191,9 +204,11 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   const RTestAnalysis analysis = metrology::analyse(record);
   const std::string channels = !options.channels.empty() ? options.channels : grid ? "points" : "errors";
   const auto beside = beside_of(options);
+  const metrology::TestPoints points =
+      channels == "points" ? metrology::TestPoints() : metrology::common_points(record, analysis);
   const compensation::Measurement measurement = channels == "points"
                                                     ? metrology::points_measurement_of(record, beside)
-                                                    : metrology::measurement_of(record, analysis, beside);
+                                                    : metrology::measurement_of(record, analysis, points, beside);
   json result = json_of(analysis);
   if (!grid) {
     if (const json arcs = arcs_json(record); !arcs.empty()) result["arcs"] = arcs;
@@ -204,8 +219,7 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   std::string text = text_of(analysis) + residual_words(analysis, record.std);
   if (record.drift && !analysis.cycles.back().drift_estimated)
     text += "no cycle repeats a point: drift during a cycle is not corrected\n";
-  if (!grid && channels == "errors")
-    text += "the location errors have the tool's motion in them: a diagnosis with a machine needs --channels points\n";
+  if (channels == "errors") text += points_words(points);
   write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
                   over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
 }

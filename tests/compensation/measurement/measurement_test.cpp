@@ -104,6 +104,54 @@ TEST(Measurement, AClockRunsOnOverMidnightAndThroughRowsWithoutIt) {
   for (Eigen::Index i = 0; i < hours.size(); ++i) EXPECT_DOUBLE_EQ(hours[i], expected[i]) << "row " << i;
 }
 
+// A location error of a test: three weights for each point.
+const std::string arrangement_text = R"(
+[[arrangement]]
+id = "rtest"
+[[arrangement.point]]
+pose = {X_mm = 100, C_deg = 0}
+[[arrangement.point]]
+pose = {X_mm = -100, C_deg = 180}
+[[channel]]
+id = "A0C"
+kind = "displacement"
+unit = "um/m"
+uncertainty = 2
+quantity = "A0C"
+arrangement = "rtest"
+weights = [0, 0, -5.0123456789, 0, 0.25, 5]
+zero = "first"
+)";
+
+TEST(Measurement, APointsWeightsAreReadAsWritten) {
+  const Folder folder(arrangement_text, "time_s,A0C\n0,0\n10,3\n");
+  const Scratch other;
+  write_measurement(other.path() / "copy", folder.read());
+  const Measurement m = read_measurement(other.path() / "copy");
+  require_fits(m, test::five_axis_machine());
+  ASSERT_EQ(m.channels[0].points.size(), 2U);
+  EXPECT_EQ(m.channels[0].arrangement, "rtest");
+  EXPECT_EQ(m.channels[0].points[1].pose_text, "X=-100,C=180");
+  EXPECT_NEAR(m.channels[0].points[0].weight[2], -5.0123456789, 1e-9);
+  EXPECT_EQ(m.channels[0].points[1].weight, Eigen::Vector3d(0, 0.25, 5));
+  EXPECT_EQ(m.channels[0].zero, Zero::first);
+}
+
+TEST(Measurement, PointsThatDoNotFitTheirChannelAreRefused) {
+  const auto refused = [](const std::string& from, const std::string& to, const std::vector<std::string>& words) {
+    const Folder folder(replaced(arrangement_text, from, to), "time_s,A0C\n0,0\n10,3\n");
+    expect_input_error([&] { require_fits(folder.read(), test::five_axis_machine()); }, words);
+  };
+  refused("arrangement = \"rtest\"", "arrangement = \"retst\"", {"channels.toml:15", "'retst'", "nearest: rtest"});
+  refused("0.25, 5]", "0.25]", {"weights", "5 weights for 2 points", "6"});
+  refused("[0, 0, -5.0123456789, 0, 0.25, 5]", "[0, 0, 0, 0, 0, 0]", {"all weights 0"});
+  refused("quantity = \"A0C\"", "quantity = \"ra\"", {"an arrangement of 'ra'", "a location error"});
+  refused("zero = \"first\"", "pose = {X_mm = 1}", {"pose beside an arrangement"});
+  refused("arrangement = \"rtest\"\n", "", {"weights without an arrangement"});
+  refused("X_mm = -100", "X_mm = -1e5", {"arrangement 'rtest' point 2", "travel of axis X"});
+  refused("id = \"rtest\"", "id = \"\"", {"channels.toml:3"});
+}
+
 TEST(Measurement, WrittenAndReadAgainIsTheSame) {
   const Folder folder;
   Measurement m = folder.read();

@@ -110,6 +110,88 @@ TEST(ResultFolder, DeviationsAtThePointsAreChannels) {
   EXPECT_THROW(points_measurement_of(points, loads()), core::InputError);
 }
 
+/// R-Test cycles at the angles of a table's axis, with deviations of no meaning.
+RTestRecord turned(const std::vector<std::vector<double>>& angles_deg) {
+  RTestRecord turned = record();
+  turned.chain.find("C")->direction = Eigen::Vector3d::UnitZ();
+  turned.std = 0.2e-6;
+  turned.errors = {"X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"};
+  turned.cycles.clear();
+  double value = 0.0;
+  for (const std::vector<double>& angles : angles_deg) {
+    turned.cycles.push_back({"cycle", {}});
+    for (const double angle : angles) {
+      const double at = angle * core::units::deg;
+      RTestPoint point;
+      point.time = 300.0 * static_cast<double>(turned.cycles.size()) + 5.0 * static_cast<double>(turned.cycles.back().points.size());
+      point.nominal = Eigen::Vector3d(0.19 * std::cos(at), 0.19 * std::sin(at), 0.15);
+      point.positions = {{"C", at}, {"X", point.nominal[0]}, {"Y", point.nominal[1]}};
+      point.deviation = 1e-6 * Eigen::Vector3d(std::sin(value += 1.0), std::sin(value += 1.0), std::sin(value += 1.0));
+      turned.cycles.back().points.push_back(point);
+    }
+  }
+  return turned;
+}
+
+// The weights make of the deviations what the evaluation made of them, drift and all.
+TEST(ResultFolder, WeightsMakeTheErrorsOfTheDeviations) {
+  const RTestRecord test = turned({{0, 90, 180, 270, 360}, {360, 450, 540, 630, 720}, {720, 810, 900, 990, 1080}});
+  const RTestAnalysis found = analyse(test);
+  ASSERT_TRUE(found.cycles[0].drift_estimated);
+  const Measurement folder = measurement_of(test, found, std::nullopt);
+  ASSERT_EQ(folder.channels.size(), 7U);
+  for (const compensation::MeasuredChannel& channel : folder.channels) {
+    ASSERT_EQ(channel.points.size(), 5U);
+    EXPECT_EQ(channel.arrangement, "rtest");
+    EXPECT_EQ(channel.points[4].pose_text, "C=0,X=190,Y=0") << "within a turn";
+    for (int cycle : {1, 2}) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 5; ++i) {
+        sum += channel.points[i].weight.dot(test.cycles[cycle].points[i].deviation - test.cycles[0].points[i].deviation) / 1e-6;
+      }
+      EXPECT_NEAR(folder.values(channel)[cycle], sum, 1e-9) << channel.id;
+    }
+  }
+}
+
+// A cycle without a point has other weights: its errors are blank, and with another test's points the ids differ.
+TEST(ResultFolder, CyclesWithOtherPointsAreBlank) {
+  const RTestRecord test = turned({{0, 90, 180, 270, 360}, {0, 90, 180, 360}, {0, 90, 180, 270, 360}});
+  const Measurement folder = measurement_of(test, analyse(test), std::nullopt);
+  const Eigen::VectorXd x = folder.values(folder.channels[0]);
+  EXPECT_FALSE(std::isnan(x[0]) || std::isnan(x[2]));
+  EXPECT_TRUE(std::isnan(x[1]));
+  Measurement before = loads();
+  before.channels[1].arrangement = "rtest";
+  EXPECT_EQ(measurement_of(test, analyse(test), before).channels.back().arrangement, "rtest2");
+  const RTestRecord none = turned({{0, 90, 180, 270, 360}, {0, 90, 180, 360}, {0, 45, 180, 270}, {0, 80, 180, 270}, {10, 90, 180, 200}});
+  EXPECT_TRUE(common_points(none, analyse(none)).empty());
+  EXPECT_TRUE(measurement_of(none, analyse(none), std::nullopt).channels[0].points.empty());
+}
+
+// A sweep of 721 points keeps 60 of them; a deviation that is smooth along the path gives the same errors.
+TEST(ResultFolder, SweepsAreThinned) {
+  std::vector<double> angles;
+  for (int i = 0; i <= 720; ++i) angles.push_back(i <= 360 ? i : 720.0 - i);
+  RTestRecord test = turned({angles, angles});
+  const auto deviation = [](double angle) {
+    return Eigen::Vector3d(3 * std::cos(angle) + std::sin(2 * angle), 5.0 + std::cos(2 * angle), 4 * std::sin(angle));
+  };
+  for (RTestPoint& point : test.cycles[1].points)
+    point.deviation = test.cycles[0].points[&point - test.cycles[1].points.data()].deviation + 1e-6 * deviation(point.positions["C"]);
+  const RTestAnalysis found = analyse(test);
+  const Measurement folder = measurement_of(test, found, std::nullopt);
+  for (const compensation::MeasuredChannel& channel : folder.channels) {
+    ASSERT_EQ(channel.points.size(), 60U);
+    double sum = 0.0;
+    for (const compensation::PointShare& point : channel.points) {
+      const double angle = std::stod(point.pose_text.substr(2)) * core::units::deg;
+      sum += point.weight.dot(deviation(angle));
+    }
+    EXPECT_NEAR(folder.values(channel)[1], sum, 0.01 * std::abs(sum) + 0.02) << channel.id;
+  }
+}
+
 TEST(ResultFolder, ChannelsOfBothAreRefused) {
   Measurement both = loads();
   both.channels[1].id = "X0C";
