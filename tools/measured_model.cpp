@@ -47,7 +47,8 @@ namespace {
 void warn_of_location_errors(const compensation::Measurement& measurement) {
   std::vector<std::string> names;
   for (const auto& channel : measurement.channels)
-    if (channel.quantity.size() == 3 && channel.quantity[1] == '0' && channel.points.empty()) names.push_back(channel.id);
+    if (channel.quantity.size() == 3 && channel.quantity[1] == '0' && channel.points.empty())
+      names.push_back(channel.id);
   if (names.empty()) return;
   core::warn(
       "location errors " + core::join(names) +

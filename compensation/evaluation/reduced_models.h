@@ -35,10 +35,10 @@ private:
 
   const mesh::Machine& machine_;
   std::vector<mesh::Pose> poses_;
-  int component_ = 0;        ///< 0 to 5; 6: R0T
+  int component_ = 0;                     ///< 0 to 5; 6: R0T
   std::vector<Eigen::Vector3d> weights_;  ///< (poses) of a channel with points
   bool located_ = false;                  ///< a location error
-  bool table_side_ = false;  ///< of what carries the workpiece
+  bool table_side_ = false;               ///< of what carries the workpiece
   Eigen::Matrix3d to_frame_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();     ///< m, from the point of the error to the tool, machine frame
   Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  ///< m, from the table's axis to the tool, normal to it

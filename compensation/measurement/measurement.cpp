@@ -105,9 +105,9 @@ void read_points(const core::Node& node, const Arrangements& arrangements, Measu
     std::vector<std::string> ids;
     for (const auto& [id, poses] : arrangements) ids.push_back(id);
     throw InputError(node.place("arrangement"), "'" + channel.arrangement + "'",
-                     ids.empty() ? "the id of an [[arrangement]]; there is none"
-                                 : "the id of an [[arrangement]] (nearest: " + core::nearest(channel.arrangement, ids) +
-                                       ")");
+                     ids.empty()
+                         ? "the id of an [[arrangement]]; there is none"
+                         : "the id of an [[arrangement]] (nearest: " + core::nearest(channel.arrangement, ids) + ")");
   }
   if (channel.quantity.size() != 3)
     throw InputError(node.place("arrangement"), "an arrangement of '" + channel.quantity + "'", "a location error");
@@ -339,7 +339,8 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
       fmt::format_to(out, "frame = \"{}\"\n", channel.frame);
     } else {
       std::vector<double> weights;
-      for (const PointShare& point : channel.points) weights.insert(weights.end(), point.weight.begin(), point.weight.end());
+      for (const PointShare& point : channel.points)
+        weights.insert(weights.end(), point.weight.begin(), point.weight.end());
       fmt::format_to(out, "arrangement = \"{}\"\nweights = [{:.10g}]\n", channel.arrangement, fmt::join(weights, ", "));
     }
     fmt::format_to(out, "zero = \"{}\"\n", channel.zero == Zero::first ? "first" : "absolute");

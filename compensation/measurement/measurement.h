@@ -20,7 +20,7 @@ enum class Zero { first, absolute };
 
 /// Share of one point in a channel that is a weighted sum of deviations.
 struct PointShare {
-  std::string pose_text;                              ///< as MeasuredChannel::pose_text
+  std::string pose_text;                             ///< as MeasuredChannel::pose_text
   Eigen::Vector3d weight = Eigen::Vector3d::Zero();  ///< of dx, dy and dz there, in the channel's unit per um
 };
 

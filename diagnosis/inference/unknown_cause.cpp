@@ -71,7 +71,8 @@ double log_mean(const std::vector<double>& logs) {
 }  // namespace
 
 UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_channels, const VectorXd& prior_std,
-                                 const VectorXd& residual_of_channels, const VectorXd& seen, const std::vector<double>& levels) {
+                                 const VectorXd& residual_of_channels, const VectorXd& seen,
+                                 const std::vector<double>& levels) {
   const MatrixXd columns = problem.decorrelated(of_channels);
   const VectorXd residual = problem.decorrelated(residual_of_channels);
   const auto& observed = problem.observations.channels;

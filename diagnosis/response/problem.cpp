@@ -185,7 +185,8 @@ ChannelCovariance channel_covariance(const Compared& series, const Eigen::Matrix
   double motion = amplitude;
   if (model_error.of_whole_motion && beside.size() > 0)
     motion = std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(channel.size())));
-  return covariance_of(series, std::move(shapes), std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude));
+  return covariance_of(series, std::move(shapes),
+                       std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude));
 }
 
 /// Columns for zeros of displacements, which were read with noise themselves. Those of a test's channels are zeros of
@@ -201,7 +202,7 @@ void set_zeros(Problem& problem, const std::vector<std::size_t>& zeroed, Index f
     problem.prior_std[column_of(k)] = std::max(channels[k].channel.uncertainty, floor_of(channels[k]).noise);
   }
   for (const PointTest& test : problem.tests) {
-    const Eigen::VectorXd gains = gains_of(test.weights_of_sums());
+    const Eigen::VectorXd gains = gains_of(test);
     for (Index k = 0; k < gains.size(); ++k) {
       const std::size_t of = test.channels[k];
       for (Index l = 0; l < gains.size(); ++l) {
@@ -230,7 +231,7 @@ void set_mesh_errors(Problem& problem, const std::vector<TestErrors>& errors, In
 /// Covariances of the sums of a test in the places of its channels.
 void set_covariance(Problem& problem, const PointTest& test, const TestErrors& errors, const MaterialSpread& spread) {
   const Eigen::VectorXd measured = problem.decorrelated(problem.measured),
-                        predicted = problem.decorrelated(problem.predicted), gains = gains_of(test.weights_of_sums());
+                        predicted = problem.decorrelated(problem.predicted), gains = gains_of(test);
   for (Index k = 0; k < gains.size(); ++k) {
     const std::size_t of = test.channels[k];
     const ObservedChannel& channel = problem.observations.channels[of];
@@ -243,8 +244,8 @@ void set_covariance(Problem& problem, const PointTest& test, const TestErrors& e
                           {gains[k] * floor.noise, gains[k] * floor.slow, gains[k] * floor.fast}};
     const Eigen::VectorXd moved = moved_of(series, 0.0);
     problem.amplitude[of] = amplitude_of(series, moved);
-    problem.covariance[of] = covariance_of(series, spread.expansion * moved,
-                                           std::hypot(errors.independent[k], 0.5 * spread.heat * problem.amplitude[of]));
+    problem.covariance[of] = covariance_of(
+        series, spread.expansion * moved, std::hypot(errors.independent[k], 0.5 * spread.heat * problem.amplitude[of]));
   }
 }
 
@@ -260,9 +261,9 @@ void set_covariances(Problem& problem, const MeshAllowance& allowance, const Mat
     const Index first = problem.first_row(k), n = channel.size();
     const Compared series{channel, problem.measured.segment(first, n), problem.predicted.segment(first, n),
                           channel.channel.uncertainty, floor_of(channel)};
-    problem.covariance[k] = channel_covariance(series, moves_beside(problem, k), obs.each()[channel.record].start_C,
-                                               spread, {allowance.of(channel), allowance.is_of_whole_motion()},
-                                               problem.amplitude[k]);
+    problem.covariance[k] =
+        channel_covariance(series, moves_beside(problem, k), obs.each()[channel.record].start_C, spread,
+                           {allowance.of(channel), allowance.is_of_whole_motion()}, problem.amplitude[k]);
   }
   for (std::size_t t = 0; t < errors.size(); ++t) set_covariance(problem, problem.tests[t], errors[t], spread);
 }

@@ -29,7 +29,7 @@ struct Problem {
   Eigen::VectorXd measured, predicted;  ///< (observations); predicted: at nominal, by the linearisation
   /// (observations x (parameters + start + surroundings + zeros + mesh errors of tests + late changes))
   Eigen::MatrixXd columns;
-  Eigen::VectorXd prior_std;            ///< (columns) prior standard deviation of a machine without faults
+  Eigen::VectorXd prior_std;  ///< (columns) prior standard deviation of a machine without faults
   /// By index of a parameter whose place is uncertain: errors of its column, (observations x few) per unit of the
   /// parameter, each of one standard deviation.
   std::map<int, Eigen::MatrixXd> place_freedom;
@@ -37,9 +37,10 @@ struct Problem {
   /// Per channel, all its times. Of a test's channels that of the sum in the channel's place, see decorrelated().
   std::vector<ChannelCovariance> covariance;
   Eigen::VectorXd amplitude;  ///< (channels) RMS change from the start, in the channel's unit; of a test's of its sums
-  Eigen::VectorXd expected_std;               ///< (observations) of measured minus predicted without a cause
+  Eigen::VectorXd expected_std;  ///< (observations) of measured minus predicted without a cause
 
-  /// @return the rows with sums of independent errors in place of a test's channels  @param stacked (observations x any)
+  /// @return the rows with sums of independent errors in place of a test's channels
+  /// @param stacked  (observations x any)
   Eigen::MatrixXd decorrelated(const Eigen::MatrixXd& stacked) const;
   /// @return of the decorrelated rows those that are not held out, channel after channel  @param stacked as above
   Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;

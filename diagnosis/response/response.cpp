@@ -38,9 +38,12 @@ MatrixXd sides_at(const mesh::Machine& machine, const mesh::Pose& pose, Index va
   const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
   MatrixXd sides(values, 19);
   for (Index i = 0; i < 19; ++i) {
-    sides.col(i) = seen([&](const mesh::Pose& at) {
-      return solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>());
-    }, pose);
+    sides.col(i) = seen(
+        [&](const mesh::Pose& at) {
+          return solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6),
+                                   unit.col(i).tail<7>());
+        },
+        pose);
   }
   return sides;
 }
@@ -435,8 +438,8 @@ MatrixXd Response::deviations(const MachineInTime& machine, int record, const st
   };
   MatrixXd rows(3 * std::ssize(poses), model_.system.order());
   for (Index k = 0; k < std::ssize(poses); ++k) {
-    rows.middleRows(3 * k, 3) = sides_at(model_.machine, poses[k], 3, seen) *
-                                reduction::side_rows(model_.machine, model_.outputs, poses[k]);
+    rows.middleRows(3 * k, 3) =
+        sides_at(model_.machine, poses[k], 3, seen) * reduction::side_rows(model_.machine, model_.outputs, poses[k]);
   }
   std::vector<Variant> none;
   return run(machine, none, Rows{rows, {}, {}, {}, {}}).front();

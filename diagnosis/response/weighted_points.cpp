@@ -62,23 +62,14 @@ std::vector<PointTest> tests_of(const mesh::Machine& machine, const Observations
     for (Index i = 0; i < points; ++i) {
       const compensation::PointShare& point = channel.channel.points[i];
       test.weights.row(row).segment<3>(3 * i) = point.weight.transpose();
-      if (row == 0)
-        test.poses.push_back(mesh::parse_pose(machine, point.pose_text, "channel " + channel.channel.id));
+      if (row == 0) test.poses.push_back(mesh::parse_pose(machine, point.pose_text, "channel " + channel.channel.id));
     }
   }
   for (PointTest& test : tests) set_sums(test, observations);
   return tests;
 }
 
-VectorXd gains_of(const MatrixXd& weights) {
-  VectorXd gains(weights.rows());
-  for (Index k = 0; k < gains.size(); ++k) {
-    Eigen::Vector3d alike = Eigen::Vector3d::Zero();
-    for (Index i = 0; i < weights.cols(); i += 3) alike += weights.row(k).segment<3>(i).transpose();
-    gains[k] = std::max(weights.row(k).norm(), alike.norm());
-  }
-  return gains;
-}
+VectorXd gains_of(const PointTest& test) { return test.weights_of_sums().rowwise().norm(); }
 
 namespace {
 
@@ -125,7 +116,8 @@ TestErrors errors_of(const mesh::Machine& machine, const Observations& observati
   VectorXd squares = VectorXd::Zero(weights.rows());
   for (Index i = 0; i < points; ++i) {
     for (Index a = 0; a < 3; ++a)
-      squares += (shares[a] * (whole ? motion.rms.col(i).norm() : motion.rms(a, i)) * weights.col(3 * i + a)).cwiseAbs2();
+      squares +=
+          (shares[a] * (whole ? motion.rms.col(i).norm() : motion.rms(a, i)) * weights.col(3 * i + a)).cwiseAbs2();
   }
   errors.independent = squares.cwiseSqrt();
   return errors;

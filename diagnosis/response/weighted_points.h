@@ -34,9 +34,8 @@ struct PointTest {
 /// The tests of the records. A channel whose means are of other intervals is a test of its own.
 std::vector<PointTest> tests_of(const mesh::Machine& machine, const Observations& observations);
 
-/// What an error of 1 um of the deviations becomes: the larger one of independent errors of all coordinates and of one
-/// of all points alike in the worst direction. (m) um or um/m per um @param weights  (m x 3 poses)
-Eigen::VectorXd gains_of(const Eigen::MatrixXd& weights);
+/// What independent errors of 1 um of the deviations become in the sums. (m) um or um/m per um
+Eigen::VectorXd gains_of(const PointTest& test);
 
 struct TestErrors {
   std::vector<Eigen::MatrixXd> joint;  ///< (n x m) of each factor f_ab, channels of the test

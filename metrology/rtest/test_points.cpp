@@ -75,8 +75,8 @@ std::string place_text(const RTestRecord& record, const RTestPoint& point) {
     double at = position;
     if (rotary && std::abs(at) > turn - 1e-7) at = std::remainder(at, turn);
     if (std::abs(at) < 1e-7) at = 0.0;
-    text += fmt::format("{}{}={:.9g}", text.empty() ? "" : ",", axis,
-                        at / (rotary ? core::units::deg : core::units::mm));
+    text +=
+        fmt::format("{}{}={:.9g}", text.empty() ? "" : ",", axis, at / (rotary ? core::units::deg : core::units::mm));
   }
   return text;
 }

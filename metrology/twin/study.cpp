@@ -62,6 +62,18 @@ double largest_difference(const RTestAnalysis& analysis, const VirtualRun& run, 
   return largest;
 }
 
+/// Root of the sum of squares of all residuals over their degrees of freedom, um.
+double pooled_residual(const RTestAnalysis& analysis) {
+  double squares = 0.0;
+  Index degrees = 0;
+  for (const CycleResult& cycle : analysis.cycles) {
+    squares += cycle.residual.squaredNorm();
+    degrees += cycle.degrees_of_freedom;
+  }
+  return degrees > 0 ? std::sqrt(squares / static_cast<double>(degrees)) / um
+                     : std::numeric_limits<double>::quiet_NaN();
+}
+
 void raise(double& largest, double value) { largest = std::fmax(largest, value); }  // NaN counts as none
 
 }  // namespace
@@ -101,6 +113,8 @@ RTestStudy study(const mesh::Machine& machine, const std::vector<PlannedPoint>& 
   result.drift_adds = difference_to(analysed(drifting, false), frozen);
   const RTestAnalysis corrected = analysed(drifting, true);
   result.drift_leaves = difference_to(corrected, frozen);
+  result.residual = pooled_residual(frozen);
+  result.residual_of_table = pooled_residual(table);
   result.draws = draws;
   long inside = 0, all = 0;
   for (int draw = 0; draw < draws; ++draw) {

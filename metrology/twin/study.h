@@ -31,6 +31,9 @@ struct RTestStudy {
   std::vector<double> difference;  ///< of the table's side alone, each error, um or um/m
   /// RMS over cycles and errors of what the drift during a cycle adds, and of what the correction leaves of it.
   Figures drift_adds, drift_leaves;
+  /// Pooled over the cycles, without noise and drift, um: what the errors do not explain of a coordinate, and of the
+  /// table's side alone. Against the noise it is what lifts the residuals of a record.
+  double residual = std::numeric_limits<double>::quiet_NaN(), residual_of_table = residual;
   int draws = 0;
   double covered_percent = std::numeric_limits<double>::quiet_NaN();  ///< of the estimates without noise, by U (k = 2)
 };

@@ -100,9 +100,8 @@ TEST(MeasureTwin, AHiddenCauseIsNamed) {
     start = end + 1;
   }
   core::write_file(channels, without);
-  const Result warned =
-      thermotwin({"evaluate", toy.path(), "--data", toy.result("measurement").string(), "--model", toy_model(),
-                  "--models", "static_regression", "--out", toy.file("evaluated")});
+  const Result warned = thermotwin({"evaluate", toy.path(), "--data", toy.result("measurement").string(), "--model",
+                                    toy_model(), "--models", "static_regression", "--out", toy.file("evaluated")});
   EXPECT_EQ(warned.status, 0) << warned.err;
   EXPECT_SAYS(warned.err, "may name a wrong cause");
 }

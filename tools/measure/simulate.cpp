@@ -67,6 +67,8 @@ std::string study_text(const RTestStudy& study) {
   rows.push_back({"  with the tool's side", pair_text(study.largest_with_tool)});
   rows.push_back({"drift during a cycle adds, RMS", pair_text(study.drift_adds)});
   rows.push_back({"the correction leaves of it, RMS", pair_text(study.drift_leaves)});
+  rows.push_back({"what the errors do not explain of a coordinate, pooled", fmt::format("{:.3g} um", study.residual)});
+  rows.push_back({"  of the table's side alone", fmt::format("{:.3g} um", study.residual_of_table)});
   std::string text = core::format_table(rows);
   if (study.draws > 0) {
     text += fmt::format("U (k = 2) covers {:.1f} % of {} draws of noise and calibration\n", study.covered_percent,
@@ -83,6 +85,8 @@ json study_json(const RTestStudy& study) {
           {"difference", errors},
           {"drift_adds_rms", pair_json(study.drift_adds)},
           {"drift_leaves_rms", pair_json(study.drift_leaves)},
+          {"residual_um", number_or_null(study.residual)},
+          {"residual_of_table_um", number_or_null(study.residual_of_table)},
           {"draws", study.draws},
           {"covered_percent", number_or_null(study.covered_percent)}};
 }

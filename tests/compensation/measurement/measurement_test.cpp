@@ -138,7 +138,7 @@ TEST(Measurement, APointsWeightsAreReadAsWritten) {
 }
 
 TEST(Measurement, PointsThatDoNotFitTheirChannelAreRefused) {
-  const auto refused = [](const std::string& from, const std::string& to, const std::vector<std::string>& words) {
+  const auto refused = [](const std::string& from, const std::string& to, std::initializer_list<const char*> words) {
     const Folder folder(replaced(arrangement_text, from, to), "time_s,A0C\n0,0\n10,3\n");
     expect_input_error([&] { require_fits(folder.read(), test::five_axis_machine()); }, words);
   };

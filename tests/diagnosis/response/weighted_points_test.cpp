@@ -39,7 +39,8 @@ Summed summed() {
     result.parts.push_back(k);
   }
   EXPECT_EQ(poses.size(), 2U);
-  const std::vector<std::vector<double>> weights = {{0.5, 0, 0.2, 0.5, 0, -0.2}, {0, 0, 4, 0, 0, -4}, {0.3, 0.4, 0.5, 0.6, 0.1, 0.2}};
+  const std::vector<std::vector<double>> weights = {
+      {0.5, 0, 0.2, 0.5, 0, -0.2}, {0, 0, 4, 0, 0, -4}, {0.3, 0.4, 0.5, 0.6, 0.1, 0.2}};
   const char* names[] = {"X0C", "B0C", "Z0T"};
   for (std::size_t e = 0; e < 3; ++e) {
     compensation::MeasuredChannel sum = m.channels[result.parts.front()];
@@ -103,15 +104,15 @@ TEST(WeightedPoints, ArePredictedAsTheSumOfTheirDeviations) {
       const compensation::MeasuredChannel& channel = record.measurement.channels[part];
       const bool second = channel.pose_text != sum.channel.points[0].pose_text;
       const auto& of = named(obs, channel.id, part_first);
-      expected += sum.channel.points[second ? 1 : 0].weight[channel.quantity[1] - 'x'] *
-                  all.middleRows(part_first, of.size());
+      expected +=
+          sum.channel.points[second ? 1 : 0].weight[channel.quantity[1] - 'x'] * all.middleRows(part_first, of.size());
     }
     EXPECT_GT(expected.col(0).norm(), 1.0);
     EXPECT_LT((all.middleRows(first, sum.size()) - expected).norm(), 1e-9 * expected.norm()) << id;
   }
 }
 
-// Independent errors of the deviations: the sums of a test's channels have independent ones, each of its channel's size.
+// Independent errors of the deviations: the sums of a test's channels have independent ones of the channels' sizes.
 TEST(WeightedPoints, SumsHaveIndependentErrors) {
   const Observations obs = observed(summed().measurement);
   const std::vector<diagnosis::PointTest> tests = diagnosis::tests_of(lumped::machine(), obs);
@@ -162,7 +163,8 @@ TEST(WeightedPoints, TheMeshErrsByTheFunctionalOfTheMotion) {
   const VectorXd fitted = problem.fitted(problem.measured);
   const VectorXd sums = diagnosis::with_sums(problem.tests, obs, problem.measured);
   EXPECT_NE(sums, problem.measured);
-  EXPECT_EQ(fitted.tail(5), sums.segment(problem.first_row(obs.channels.size() - 1) + obs.channels.back().fitted - 5, 5));
+  EXPECT_EQ(fitted.tail(5),
+            sums.segment(problem.first_row(obs.channels.size() - 1) + obs.channels.back().fitted - 5, 5));
   EXPECT_TRUE((problem.expected_std.array() > 0.0).all());
   const diagnosis::White white(problem);
   EXPECT_TRUE(white.residual.allFinite());

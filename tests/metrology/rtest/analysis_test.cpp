@@ -139,6 +139,47 @@ TEST(RTestAnalysis, ErrorsThatThePointsDoNotDistinguishAreNamed) {
   EXPECT_NEAR(found.cycles[1].value[4] / um, 50.0, 0.05);
 }
 
+/// Errors of both cycles of a table whose second one has additions by the share of its time, -1/2 to 1/2.
+template <class Added>
+Eigen::MatrixXd with_added(core::Table table, const std::string& more, const Added& added) {
+  const Index count = table.rows() / 2;
+  for (Index i = 0; i < count; ++i)
+    table.values.row(count + i).tail<3>() += added(count + i, static_cast<double>(i) / (count - 1.0) - 0.5).transpose();
+  const RTestAnalysis found = analyse(RTestRecord::parse(toml + more, table, "rtest.toml"));
+  return found.cycles[1].value.transpose() / um;
+}
+
+// What a place has of its own is no drift: with a deviation of 3 um by cos 2 theta the errors are the same with a drift
+// of all points and without.
+TEST(RTestAnalysis, WhatAPlaceHasOfItsOwnIsNoDrift) {
+  const core::Table table = points_table(discrete, {{}, table_errors});
+  const auto own = [&](Index row, double) {
+    const double angle = 2.0 * table.values(row, 3) * deg;
+    return Vector3d(3.0 * std::cos(angle), -2.0 * std::cos(angle), std::sin(0.5 * angle));
+  };
+  const auto drifting = [&](Index row, double tau) { return Vector3d(own(row, tau) + tau * Vector3d(8, -5, 6)); };
+  const Eigen::MatrixXd still = with_added(table, "drift = \"none\"\n", own);
+  EXPECT_LT((with_added(table, "", drifting) - still).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_GT((with_added(table, "drift = \"none\"\n", drifting) - still).cwiseAbs().maxCoeff(), 1.0);
+}
+
+// A table that grows and tilts while it is measured, and a drift that slows down: two passes show both.
+TEST(RTestAnalysis, TwoPassesShowTheDriftOfErrors) {
+  std::vector<std::array<double, 2>> passes;
+  for (int i = 0; i < 9; ++i) passes.push_back({0.0, 90.0 * i});
+  const core::Table table = points_table(passes, {{}, table_errors});
+  const auto added = [&](Index row, double tau) {
+    const Vector3d at(table.values(row, 4) - 10.0, table.values(row, 5) + 5.0, table.values(row, 6));  // mm
+    const Vector3d turn(0.03, -0.02, 0.01);                                                            // um/mm: 30 um/m
+    return Vector3d(tau * (-turn.cross(at) - 0.02 * Vector3d(at[0], at[1], 0.0)) + tau * Vector3d(4, 2, -3) +
+                    tau * tau * Vector3d(2, -3, 1));
+  };
+  const Eigen::MatrixXd without =
+      with_added(table, "drift = \"none\"\n", [](Index, double) { return Vector3d(0, 0, 0); });
+  EXPECT_LT((with_added(table, "", added) - without).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_GT((with_added(table, "drift = \"none\"\n", added) - without).cwiseAbs().maxCoeff(), 1.0);
+}
+
 // A drift of 8 um over the cycle: the repeated point shows it; without the correction it enters the errors.
 TEST(RTestAnalysis, RepeatedPointCorrectsTheDrift) {
   const core::Table table = points_table(discrete, {{}, table_errors}, Vector3d(8, -5, 6));

@@ -123,10 +123,12 @@ RTestRecord turned(const std::vector<std::vector<double>>& angles_deg) {
     for (const double angle : angles) {
       const double at = angle * core::units::deg;
       RTestPoint point;
-      point.time = 300.0 * static_cast<double>(turned.cycles.size()) + 5.0 * static_cast<double>(turned.cycles.back().points.size());
+      point.time = 300.0 * static_cast<double>(turned.cycles.size()) +
+                   5.0 * static_cast<double>(turned.cycles.back().points.size());
       point.nominal = Eigen::Vector3d(0.19 * std::cos(at), 0.19 * std::sin(at), 0.15);
       point.positions = {{"C", at}, {"X", point.nominal[0]}, {"Y", point.nominal[1]}};
-      point.deviation = 1e-6 * Eigen::Vector3d(std::sin(value += 1.0), std::sin(value += 1.0), std::sin(value += 1.0));
+      value += 1.0;
+      point.deviation = 1e-6 * Eigen::Vector3d(std::sin(value), std::sin(3 * value), std::cos(2 * value));
       turned.cycles.back().points.push_back(point);
     }
   }
@@ -147,7 +149,9 @@ TEST(ResultFolder, WeightsMakeTheErrorsOfTheDeviations) {
     for (int cycle : {1, 2}) {
       double sum = 0.0;
       for (std::size_t i = 0; i < 5; ++i) {
-        sum += channel.points[i].weight.dot(test.cycles[cycle].points[i].deviation - test.cycles[0].points[i].deviation) / 1e-6;
+        sum +=
+            channel.points[i].weight.dot(test.cycles[cycle].points[i].deviation - test.cycles[0].points[i].deviation) /
+            1e-6;
       }
       EXPECT_NEAR(folder.values(channel)[cycle], sum, 1e-9) << channel.id;
     }
@@ -164,7 +168,8 @@ TEST(ResultFolder, CyclesWithOtherPointsAreBlank) {
   Measurement before = loads();
   before.channels[1].arrangement = "rtest";
   EXPECT_EQ(measurement_of(test, analyse(test), before).channels.back().arrangement, "rtest2");
-  const RTestRecord none = turned({{0, 90, 180, 270, 360}, {0, 90, 180, 360}, {0, 45, 180, 270}, {0, 80, 180, 270}, {10, 90, 180, 200}});
+  const RTestRecord none =
+      turned({{0, 90, 180, 270, 360}, {0, 90, 180, 360}, {0, 45, 180, 270}, {0, 80, 180, 270}, {10, 90, 180, 200}});
   EXPECT_TRUE(common_points(none, analyse(none)).empty());
   EXPECT_TRUE(measurement_of(none, analyse(none), std::nullopt).channels[0].points.empty());
 }
@@ -178,7 +183,8 @@ TEST(ResultFolder, SweepsAreThinned) {
     return Eigen::Vector3d(3 * std::cos(angle) + std::sin(2 * angle), 5.0 + std::cos(2 * angle), 4 * std::sin(angle));
   };
   for (RTestPoint& point : test.cycles[1].points)
-    point.deviation = test.cycles[0].points[&point - test.cycles[1].points.data()].deviation + 1e-6 * deviation(point.positions["C"]);
+    point.deviation =
+        test.cycles[0].points[&point - test.cycles[1].points.data()].deviation + 1e-6 * deviation(point.positions["C"]);
   const RTestAnalysis found = analyse(test);
   const Measurement folder = measurement_of(test, found, std::nullopt);
   for (const compensation::MeasuredChannel& channel : folder.channels) {
