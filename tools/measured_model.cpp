@@ -52,9 +52,9 @@ void warn_of_location_errors(const compensation::Measurement& measurement) {
   if (names.empty()) return;
   core::warn(
       "location errors " + core::join(names) +
-      " state no points of a test: they are predicted from what their axis carries alone; a test between tool and "
-      "table has the tool's motion in them, and a diagnosis may name a wrong cause (measure analyse writes the "
-      "points as [[arrangement]])");
+      " state no points of a test and are predicted from what their axis carries alone. A test between tool and table "
+      "has the tool's motion in them: a diagnosis may name a wrong cause. measure analyse writes the points as "
+      "[[arrangement]]");
 }
 
 }  // namespace

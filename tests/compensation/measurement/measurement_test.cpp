@@ -142,7 +142,7 @@ TEST(Measurement, PointsThatDoNotFitTheirChannelAreRefused) {
     const Folder folder(replaced(arrangement_text, from, to), "time_s,A0C\n0,0\n10,3\n");
     expect_input_error([&] { require_fits(folder.read(), test::five_axis_machine()); }, words);
   };
-  refused("arrangement = \"rtest\"", "arrangement = \"retst\"", {"channels.toml:15", "'retst'", "nearest: rtest"});
+  refused("arrangement = \"rtest\"", "arrangement = \"retst\"", {"channels.toml:14", "'retst'", "nearest: rtest"});
   refused("0.25, 5]", "0.25]", {"weights", "5 weights for 2 points", "6"});
   refused("[0, 0, -5.0123456789, 0, 0.25, 5]", "[0, 0, 0, 0, 0, 0]", {"all weights 0"});
   refused("quantity = \"A0C\"", "quantity = \"ra\"", {"an arrangement of 'ra'", "a location error"});
