@@ -130,6 +130,7 @@ struct ValidateOptions : CommonOptions {
   double size_factor = 0.7;
   std::string perturb = "all";  ///< or "thermal"
   bool power_off = false, failed_sensors = false;
+  bool coolant_rise = false;
   std::filesystem::path reference;  ///< truth instead of the full model
   int full_draws = 0;               ///< of the draws, so many on full models too
 };

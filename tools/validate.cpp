@@ -177,6 +177,7 @@ void validate(const ValidateOptions& options) {
   settings.first_seed = options.first_seed;
   settings.machine.size_factor = options.size_factor;
   settings.machine.mesh_cache = options.out / "cache";
+  settings.machine.coolant_rise = options.coolant_rise;
   settings.machine.what = options.perturb == "thermal" ? compensation::Perturb::thermal : compensation::Perturb::all;
   using compensation::ValidationOptions;
   if (options.power_off) {

@@ -34,6 +34,7 @@ std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_
   inputs +=
       fmt::format(" {} {} {} {} {} {}", options_.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
                   time.tolerance_K, time.shortest_step, time.longest_step, options_.refine);
+  if (options_.coolant_rise) inputs += " coolant_rise";
   for (const mesh::Pose& pose : case_.check_points) inputs += " " + mesh::format_pose(case_.machine, pose);
   return core::content_hash(inputs + load_text) + "\n";
 }

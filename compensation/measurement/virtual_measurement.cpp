@@ -11,6 +11,7 @@
 #include "compensation/measurement/channel.h"
 #include "core/range.h"
 #include "core/units.h"
+#include "mesh/machine/flow_network.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
@@ -169,6 +170,40 @@ Eigen::VectorXd at_rows(const Eigen::VectorXd& time, const Eigen::VectorXd& mean
   return hours;
 }
 
+/// (rows) K, outflow less inflow of a segment: the heat of its walls over its flow times specific heat. 0 while the
+/// circuit is off and before the first output.
+Eigen::VectorXd rise_of(const solver::LoadResult& truth, const mesh::CoolantSpec& coolant, std::size_t segment,
+                        double share) {
+  const Eigen::VectorXd power =
+      truth.heat_flows.column(fmt::format("coolant.{}.{}.cooling_power_W", coolant.id, coolant.segments[segment].id));
+  const Eigen::VectorXd on = truth.inputs.column("coolant." + coolant.id + ".on");
+  constexpr double least_share = 0.01;  // of the flow
+  Eigen::VectorXd rise = Eigen::VectorXd::Zero(power.size());
+  for (Index i = 0; i < rise.size(); ++i) {
+    if (std::isfinite(power[i]) && on[i] > least_share)
+      rise[i] = power[i] / (on[i] * coolant.flow.value * share * coolant.specific_heat);
+  }
+  return rise;
+}
+
+void add_rises(const solver::LoadResult& truth, const mesh::Machine& machine, const VirtualOptions& options,
+               Normal& normal, Builder& builder) {
+  const double noise_K = std::numbers::sqrt2 * options.sensor_noise_K;  // of two sensors
+  for (const mesh::CoolantSpec& coolant : machine.coolants) {
+    const mesh::FlowNetwork network = mesh::flow_network(coolant, machine.path.string() + " coolant " + coolant.id);
+    for (std::size_t s = 0; s < coolant.segments.size(); ++s) {
+      MeasuredChannel channel;
+      channel.id = fmt::format("coolant.{}.{}.rise", coolant.id, coolant.segments[s].id);
+      channel.kind = ChannelKind::temperature;
+      channel.unit = "degC";
+      channel.uncertainty = std::max(noise_K, 1e-3);
+      Eigen::VectorXd values = rise_of(truth, coolant, s, network.share[s]);
+      for (double& value : values) value += noise_K * normal();
+      builder.add(channel, values);
+    }
+  }
+}
+
 }  // namespace
 
 Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
@@ -220,6 +255,7 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
       builder.add(channel, values);
     }
   }
+  if (options.coolant_rise && truth.heat_flows.rows() == times) add_rises(truth, machine, options, normal, builder);
   return builder.finish("virtual measurement of " + truth.load);
 }
 

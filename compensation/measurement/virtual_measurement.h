@@ -37,6 +37,9 @@ struct VirtualOptions {
   solver::TimeOptions time = measured_time;
   double sensor_noise_K = 0.05;
   double probe_noise_um = 0.3;
+  /// A run of the full model also records the temperature rise of each coolant segment, outflow less inflow (Mares et
+  /// al. 2019, dT_cool), as channel `coolant.<id>.<segment>.rise`.
+  bool coolant_rise = false;
   std::uint64_t seed = 1;
   Perturb what = Perturb::all;
   std::filesystem::path mesh_cache;

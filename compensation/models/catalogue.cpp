@@ -7,6 +7,7 @@
 #include "compensation/models/phenomenological.h"
 #include "compensation/models/regression.h"
 #include "compensation/models/rotary_unit.h"
+#include "compensation/models/three_modules.h"
 #include "compensation/models/transfer.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -60,6 +61,10 @@ const std::vector<ModelSpec>& model_specs() {
        Spatial::each_channel, make_composite},
       {"composite_grid", "composite at each pose, interpolated between them (Naumann et al. 2023)", temperatures,
        Spatial::grid, make_composite},
+      {"composite_modules", "composite, its three modules fitted one after the other (Naumann et al. 2023)",
+       InputChoice::all, Spatial::each_channel, [] { return make_three_modules({}); }},
+      {"composite_modules_grid", "composite_modules at each pose and side, interpolated between them", InputChoice::all,
+       Spatial::grid, [] { return make_three_modules({}); }},
       {"feed_forward", "neural network without memory (Naumann et al. 2023)", temperatures, Spatial::each_channel,
        [] { return make_network(false); }},
       {"memory_network", "neural network with first-order memories (Naumann et al. 2023)", temperatures,
@@ -68,7 +73,29 @@ const std::vector<ModelSpec>& model_specs() {
   return specs;
 }
 
+namespace {
+
+/// Departures from a model of the catalogue, one cause at a time: "<model>:<departure>".
+const std::vector<ModelSpec>& ablations() {
+  const auto variant = [](const char* departure, const char* about, ThreeModulesOptions options) {
+    return ModelSpec{std::string("composite_modules_grid:") + departure, about, InputChoice::all, Spatial::grid,
+                     [options] { return make_three_modules(options); }};
+  };
+  static const std::vector<ModelSpec> specs = {
+      variant("together", "modules 2 and 3 in one fit", {.together = true}),
+      variant("no_delays", "no filter and no first-order element", {.delays = false}),
+      variant("air", "the air in place of the ambient sensors", {.bed_sensors = false}),
+      variant("no_baseline", "no module 1", {.baseline = false}),
+  };
+  return specs;
+}
+
+}  // namespace
+
 const ModelSpec& model_spec(const std::string& name) {
+  for (const ModelSpec& spec : ablations()) {
+    if (spec.name == name) return spec;
+  }
   std::vector<std::string> names;
   for (const ModelSpec& spec : model_specs()) {
     if (spec.name == name) return spec;

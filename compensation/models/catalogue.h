@@ -22,6 +22,7 @@ struct ModelSpec {
   std::function<std::unique_ptr<ChannelModel>()> make;
 };
 const std::vector<ModelSpec>& model_specs();
+/// Also "composite_modules_grid:together", ":no_delays", ":air" and ":no_baseline", see ThreeModulesOptions.
 /// @throws InputError with the nearest known name
 const ModelSpec& model_spec(const std::string& name);
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <limits>
 
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
+#include "compensation/models/temperature_history.h"
 #include "core/error.h"
 #include "core/missing.h"
 #include "core/statistics.h"
@@ -27,51 +27,10 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double cell_s = 600.0, baseline_s = 3 * 86400.0, mode_K = 1.6;
+constexpr double mode_K = 1.6;
 constexpr std::array<double, 2> filter_s{3600.0, 10800.0};
 constexpr Index ambient_features = 7;
 constexpr int folds = 5;
-
-/// What an ambient sensor said over the last days, in cells of ten minutes.
-class History {
-public:
-  void add(double time, double value) {
-    if (cells_.empty() || time - begin_ >= cell_s) {
-      // After a long gap what came before says nothing about the filters; the baseline starts anew.
-      if (!cells_.empty() && time - begin_ > baseline_s) cells_.clear();
-      const double cells = cells_.empty() ? 1.0 : std::floor((time - begin_) / cell_s);
-      for (double i = 1.0; i < cells; ++i) cells_.push_front(cells_.front());  // a gap: as before
-      begin_ = cells_.empty() ? time : begin_ + cells * cell_s;
-      cells_.push_front({0.0, 0.0});
-      while (cells_.size() * cell_s > baseline_s) cells_.pop_back();
-    }
-    cells_.front().first += value;
-    cells_.front().second += 1.0;
-  }
-  double baseline() const {
-    double sum = 0.0;
-    for (const auto& [total, count] : cells_) sum += total / count;
-    return sum / cells_.size();
-  }
-  /// Weighted by exp(-age^2 / (2 sigma^2)), the oldest cell standing for all before it.
-  double filtered(double sigma) const {
-    double sum = 0.0, weights = 0.0, oldest = 0.0;
-    for (double k = 0.0; k * cell_s < 4.0 * sigma; k += 1.0) {
-      const double weight = std::exp(-0.5 * std::pow(k * cell_s / sigma, 2));
-      if (k < cells_.size()) {
-        const auto& [sum_of_cell, count] = cells_[static_cast<std::size_t>(k)];
-        oldest = sum_of_cell / count;
-      }
-      sum += weight * oldest;
-      weights += weight;
-    }
-    return sum / weights;
-  }
-
-private:
-  std::deque<std::pair<double, double>> cells_;  ///< sum and count, newest first
-  double begin_ = 0;
-};
 
 /// The features of one row after the other.
 class Features {
@@ -91,7 +50,7 @@ public:
     if (!inputs.allFinite()) return row;
     const double ambient = ambient_ >= 0 ? inputs[ambient_] : inputs.mean();
     history_.add(time, ambient);
-    const double base = history_.baseline(), deviation = ambient - base;
+    const double base = history_.mean(), deviation = ambient - base;
     const double stable = std::max(0.0, 1.0 - std::pow(deviation / mode_K, 6));
     row[0] = base;
     row[1] = stable * deviation;
@@ -116,7 +75,7 @@ private:
   const VectorXd& bend_;
   Index ambient_ = -1, internal_ = 0;
   std::vector<LagBank> bank_;
-  History history_;
+  TemperatureHistory history_;
 };
 
 class Composite final : public ChannelModel {
@@ -134,7 +93,7 @@ public:
       return make_blocks(row_data, most_blocks).data;
     };
     bend_ = VectorXd();
-    const MatrixXd first = rows_of(cell_s).inputs;
+    const MatrixXd first = rows_of(TemperatureHistory::cell_s).inputs;
     const Index internal = (first.cols() - ambient_features) / 3;
     bend_ = VectorXd::Zero(internal);
     for (Index k = 0; k < internal; ++k) {

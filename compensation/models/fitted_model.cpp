@@ -25,6 +25,7 @@ namespace {
 using core::InputError;
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
 /// Columns that a model of this choice may use: known in half of the training rows and moving there.
@@ -52,6 +53,9 @@ std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& t
 std::string group_of(const MeasuredChannel& channel) {
   return channel.quantity.empty() ? channel.direction : channel.quantity;
 }
+
+/// A displacement of one side only.
+bool is_side(const MeasuredChannel& channel) { return channel.direction == "tool" || channel.direction == "table"; }
 
 /// Inputs before the first row of a stretch: what is measured there, but the machine has rested.
 void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd> inputs) {
@@ -350,25 +354,41 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
 }
 
 void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
-  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // members and poses
+  struct Grid {
+    std::vector<std::size_t> members;
+    std::vector<std::string> poses;
+    RowVectorXd weights_at(const std::string& pose) const { return workspace_weights(poses, pose).transpose(); }
+  };
+  std::map<std::string, Grid> grids;  // by quantity, and by quantity and side
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
-    const std::string group = group_of(data.targets[t]);
+    const MeasuredChannel& channel = data.targets[t];
+    const std::string group = group_of(channel) + (is_side(channel) ? " " + channel.direction : "");
     if (checked[t] || group.empty() || !add_member(data, training, t)) continue;
-    grids[group].first.push_back(members_.size() - 1);
-    grids[group].second.push_back(data.targets[t].pose_text);
-    outputs_.push_back({data.targets[t].id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
+    grids[group].members.push_back(members_.size() - 1);
+    grids[group].poses.push_back(channel.pose_text);
+    outputs_.push_back({channel.id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
   }
-  if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.first.size() < 2; })) {
+  if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.members.size() < 2; })) {
     left_out_.push_back(name() + ": no quantity is measured at two poses");
     outputs_.clear();
     members_.clear();
     return;
   }
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
-    const auto grid = grids.find(group_of(data.targets[t]));
-    if (!checked[t] || grid == grids.end()) continue;
-    outputs_.push_back({data.targets[t].id, grid->second.first,
-                        workspace_weights(grid->second.second, data.targets[t].pose_text).transpose()});
+    if (!checked[t]) continue;
+    const MeasuredChannel& channel = data.targets[t];
+    const std::string group = group_of(channel);
+    const auto whole = grids.find(group), tool = grids.find(group + " tool"), table = grids.find(group + " table");
+    if (tool != grids.end() && table != grids.end()) {
+      // error = tool side - table side
+      std::vector<std::size_t> members = tool->second.members;
+      members.insert(members.end(), table->second.members.begin(), table->second.members.end());
+      MatrixXd weights(1, std::ssize(members));
+      weights << tool->second.weights_at(channel.pose_text), -table->second.weights_at(channel.pose_text);
+      outputs_.push_back({channel.id, std::move(members), std::move(weights)});
+    } else if (whole != grids.end()) {
+      outputs_.push_back({channel.id, whole->second.members, whole->second.weights_at(channel.pose_text)});
+    }
   }
 }
 

@@ -4,8 +4,9 @@
 // measurement, predict all its displacement channels row by row, explain, save and load.
 // Most models have a separate fit for each channel. Some interpolate over the workspace: `one_point` (Okenka et al.)
 // has one transfer function a quantity and a factor b_j for each pose, one for each load level; `transfer_grid`,
-// `static_grid` and `composite_grid` have a model at each pose. They predict poses without a fit
-// (EvaluateOptions::check) by interpolation between those that have one.
+// `static_grid`, `composite_grid` and `composite_modules_grid` have a model at each pose. They predict poses without
+// a fit (EvaluateOptions::check) by interpolation between those that have one. Where channels of a quantity are of one
+// side each (direction "tool" or "table"), a grid is fitted to each side and their difference is predicted.
 // `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
 
 #include <filesystem>

@@ -34,6 +34,8 @@ void add_validate(CLI::App& app) {
                  "Study failed sensors: loss of accuracy and time to detection for each sensor, stuck, 2 K off, noisy "
                  "and absent.")
       ->excludes("--power-off");
+  verb->add_flag("--coolant", validate.coolant_rise,
+                 "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
   auto* truth = verb->add_option("--truth", validate.reference,
                                  "reference.rom.h5, whose perturbed coefficients replace full models as the truth "
                                  "(seconds; an easier test).")

@@ -2,8 +2,6 @@
 """What each document tested, on which machine, and the figures in its print."""
 from dataclasses import dataclass, field
 
-AMBIENT = ["ambient_1", "ambient_3", "ambient_7", "ambient_9"]
-AXES = ["spindle_3000", "spindle_12000", "x_rapid", "y_rapid", "z_rapid", "table_1200", "swivel_pendular", "fluid"]
 ALL = ("dx", "dy", "dz")
 SURROUNDINGS = "T_s"  # the air in records with differences, which are against what their document says
 MIDDLE = "X=0,Y=0,Z=275,B=0"
@@ -38,8 +36,6 @@ class Test:
     judged: str = ""
 
 
-DIFFERENCES_004 = {"dT_sp": ("T1", "T9"), "dT_Y": ("T3", "T9"), "dT_Z": ("T5", "T9")}
-CALIBRATIONS = ["calibration_spindle", "calibration_Y", "calibration_Z", "calibration_surroundings"]
 
 TESTS = [
     Test("000", "table at another speed", ["phenomenological", "rotary_unit"],
@@ -62,13 +58,8 @@ TESTS = [
          {"dz": "over 90 presumed (5)"}, "fit", ("dz",), CUBE + BETWEEN, [len(CUBE) + i for i in range(3)],
          inputs=["T1", "air.T_C"], start_h=48, hours=4, trained="12000 rpm, heating, 14 places",
          judged="the same test, three more"),
-    Test("003", "validation at 21 degC", ["composite_grid"], AMBIENT + AXES, "validation_21C", {"all": "56 to 72"},
-         from_campaign=True, trained="nominal model, 27 poses x 3 tilts", judged="six check points, one day"),
-    Test("003", "validation at 35 degC", ["composite_grid"], AMBIENT + AXES, "validation_35C", {"all": "42 to 52"},
-         from_campaign=True, trained="nominal model, 27 poses x 3 tilts", judged="six check points, three days"),
-    Test("004", "air cutting", ["armax", "heating_cooling"], CALIBRATIONS, "air_cutting", {"dy": "7.5", "dz": "2.5"},
-         "times", ("dy", "dz"), [MIDDLE], differences=DIFFERENCES_004, inputs=[*DIFFERENCES_004, SURROUNDINGS],
-         trained="four calibrations of Table 1", judged="air cutting, four parts"),
+    Test("003", "both validations", [], [], "validation_21C", {"all": "56 to 72"}),  # see naumann.py
+    Test("004", "air cutting", [], [], "air_cutting", {"dy": "7.5", "dz": "2.5"}, "times"),  # see mares_2019.py
 ]
 
 TITLES = {"000": "Gebhardt (2014)", "001": "Okénka et al.", "002": "Mareš et al. (2020)",
