@@ -180,6 +180,17 @@ TEST(RTestAnalysis, TwoPassesShowTheDriftOfErrors) {
   EXPECT_GT((with_added(table, "drift = \"none\"\n", added) - without).cwiseAbs().maxCoeff(), 1.0);
 }
 
+// There and back, visits at almost mirrored times: what they hardly show of a drift is not estimated from them.
+TEST(RTestAnalysis, ThereAndBackCostsNoCertainty) {
+  core::Table table =
+      points_table({{0, 0}, {0, 90}, {0, 180}, {0, 270}, {0, 180}, {0, 90}, {0, 0}}, {{}, table_errors});
+  for (Index i = 0; i < table.rows(); ++i) table.values(i, 0) += 0.2 * std::sin(2.0 * i);
+  const RTestAnalysis with = analyse(RTestRecord::parse(toml, table, "rtest.toml")),
+                      without = analyse(RTestRecord::parse(toml + "drift = \"none\"\n", table, "rtest.toml"));
+  EXPECT_TRUE(with.cycles[1].drift_estimated);
+  for (Index e = 0; e < 7; ++e) EXPECT_LT(with.cycles[1].std[e], 1.1 * without.cycles[1].std[e]) << with.errors[e];
+}
+
 // A drift of 8 um over the cycle: the repeated point shows it; without the correction it enters the errors.
 TEST(RTestAnalysis, RepeatedPointCorrectsTheDrift) {
   const core::Table table = points_table(discrete, {{}, table_errors}, Vector3d(8, -5, 6));
