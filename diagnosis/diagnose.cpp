@@ -302,15 +302,10 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
 
 namespace {
 
-bool tells_time_of_day(const compensation::Measurement& record) {
-  return std::isfinite(record.starts_at_h) ||
-         std::any_of(record.channels.begin(), record.channels.end(),
-                     [](const auto& channel) { return channel.input == mesh::time_of_day; });
-}
-
 /// A source that machine.toml does not have may follow the time of day, where a record tells it.
 Diagnosis diagnose_by_hour(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
-  if (std::none_of(records.begin(), records.end(), tells_time_of_day)) return diagnose_all(model, records, options);
+  if (std::none_of(records.begin(), records.end(), compensation::tells_time_of_day))
+    return diagnose_all(model, records, options);
   reduction::ReducedModel asking = model;
   asking.machine.asks_time_of_day = true;
   return diagnose_all(asking, records, options);

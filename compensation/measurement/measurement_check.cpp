@@ -200,4 +200,10 @@ Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Chann
   return rows;
 }
 
+bool tells_time_of_day(const Measurement& measurement) {
+  return std::isfinite(measurement.starts_at_h) ||
+         std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                     [](const MeasuredChannel& channel) { return channel.input == mesh::time_of_day; });
+}
+
 }  // namespace thermotwin::compensation

@@ -32,4 +32,7 @@ std::vector<std::string> blank_implausible(Measurement& measurement, const mesh:
 /// measured keep their defaults.
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels);
 
+/// Whether a record has the time of day, as a column or by its start.
+bool tells_time_of_day(const Measurement& measurement);
+
 }  // namespace thermotwin::compensation

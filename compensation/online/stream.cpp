@@ -279,7 +279,12 @@ private:
     for (Eigen::Index k = 0; k < channels.size(); ++k) {
       const std::string& name = channels.names()[k];
       const double value = channels.defaults()[k];
-      if (std::isnan(value) || std::find(columns.begin(), columns.end(), name) != columns.end()) continue;
+      if (std::find(columns.begin(), columns.end(), name) != columns.end()) continue;
+      if (name == mesh::time_of_day) {
+        options_.log(fmt::format("warning: {}:1: no column {}: laws of machine.toml over the time of day contribute 0",
+                                 name_, name));
+      }
+      if (std::isnan(value)) continue;
       absent_.push_back(k);
       list += fmt::format("{}{} = {:g}", list.empty() ? "" : ", ", name, value);
     }

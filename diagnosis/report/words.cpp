@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "compensation/measurement/channel.h"
+#include "compensation/measurement/measurement_check.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/causes/missing_source.h"
@@ -173,6 +174,11 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
         (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(),
                                                    [&](const mesh::FilmSpec& film) { return film.state == name; }));
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
+  }
+  if (channels.index(mesh::time_of_day) >= 0 && !compensation::tells_time_of_day(measurement)) {
+    warnings.push_back(
+        "The time of day is not recorded: laws of machine.toml over day.time_h contribute 0. State starts_at under "
+        "[record] of channels.toml.");
   }
   if (!taken.empty()) warnings.push_back("Not recorded; assumed constant: " + core::join(taken) + ".");
   for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {

@@ -12,6 +12,7 @@
 
 #include "core/config.h"
 #include "core/error.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/time_of_day.h"
 #include "core/units.h"
@@ -72,7 +73,13 @@ private:
   /// The time of day at the start, where a law of the machine asks for it.
   void read_start(const Node& root) {
     const std::string text = root.text_or("starts_at", "");
-    if (text.empty()) return;
+    if (text.empty()) {
+      if (channels_.index(mesh::time_of_day) >= 0) {
+        core::warn(root.place("starts_at") +
+                   ": no time of day at the start: laws of machine.toml over day.time_h contribute 0");
+      }
+      return;
+    }
     starts_at_h_ = core::hours_of_day(text);
     if (!starts_at_h_) throw InputError(root.place("starts_at"), "'" + text + "'", core::time_of_day_form);
   }

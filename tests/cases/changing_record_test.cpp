@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "core/interpolation.h"
@@ -35,6 +36,7 @@ TEST(TimeOfDay, ALoadProgramDrivesALawOverIt) {
               "schema = 1\n" + starts_at + "time_step_s = 600\noutput_s = 1800\n[[phase]]\nduration_h = 6\n");
     const Result result = toy.run({"simulate", toy.path(), "--load", "day", "--size", "2", "--quiet"});
     EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.err.find("no time of day at the start") == std::string::npos, !starts_at.empty()) << result.err;
     return core::read_csv(toy.result("simulate/day/sensors.csv"));
   };
   const core::Table told = heat_at("starts_at = \"06:00\"\n"), untold = heat_at("");
@@ -125,6 +127,16 @@ TEST(TimeOfDay, SunIsNamedWithItsHoursWhereARecordStatesTheTimeOfDay) {
   const mesh::PowerLaw& law = named.sources.back().laws.front();
   EXPECT_NEAR(core::linear_at(law.at, law.power, 11.0), 100.0, 25.0);
   EXPECT_NEAR(core::linear_at(law.at, law.power, 15.0), 0.0, 1e-9);
+  // Who runs the extended model has to tell it the time of day.
+  const std::string by_hour = (folder.path() / "out/diagnosis/extended/model.rom.h5").string();
+  const Result rows = thermotwin({"compensate", by_hour}, "time_s,air.T_C\n0,20\n60,20\n");
+  EXPECT_EQ(rows.status, 0) << rows.err;
+  EXPECT_SAYS(rows.err, "warning: standard input:1: no column day.time_h");
+  record.starts_at_h = std::numeric_limits<double>::quiet_NaN();
+  compensation::write_measurement(data, record);
+  const Result untold = thermotwin(
+      {"diagnose", "--model", by_hour, "--data", data, "--out", (folder.path() / "untold").string(), "--json"});
+  EXPECT_SAYS(untold.out, "The time of day is not recorded");
 }
 
 TEST(ChangingRecord, AStepInFrictionIsNamedWithItsTime) {
