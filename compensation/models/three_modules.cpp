@@ -292,7 +292,7 @@ public:
           throw InputError(fmt::format("{} {}", archive.place(), key), fmt::format("{}", index),
                            fmt::format("0 to {}", info.size() - 1));
         }
-        inputs.push_back(static_cast<Index>(index));
+        inputs.push_back(index);
       }
       return inputs;
     };

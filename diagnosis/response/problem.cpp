@@ -281,7 +281,7 @@ Eigen::VectorXd expected_std(const Problem& problem) {
       auto own = variance.segment(problem.first_row(test.channels[k]), n);
       own.setZero();
       for (std::size_t l = 0; l < test.channels.size(); ++l) {
-        const double share = test.from_sums(static_cast<Index>(k), static_cast<Index>(l));
+        const double share = test.from_sums(k, l);
         own += share * share * of_sums.segment(problem.first_row(test.channels[l]), n);
       }
     }

@@ -92,7 +92,7 @@ TestMotion motion_of(const mesh::Machine& machine, const Observations& observati
   motion.rms.resize(3, points);
   for (Index a = 0; a < 3; ++a) {
     motion.moved.emplace_back(all(Eigen::all, Eigen::seqN(a, points, 3)));
-    motion.rms.row(a) = motion.moved.back().colwise().norm() / std::sqrt(static_cast<double>(all.rows()));
+    motion.rms.row(a) = motion.moved.back().colwise().norm() / std::sqrt(all.rows());
   }
   return motion;
 }

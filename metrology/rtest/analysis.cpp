@@ -198,7 +198,7 @@ Drift drift_of(const RTestRecord& record, const RTestCycle& cycle, const std::ve
   for (std::size_t e = 0; e < terms.size(); ++e) {
     const std::string& name = terms[e].name;
     const bool rotation = terms[e].power == 0 && name[0] >= 'A' && name[0] <= 'C';
-    if (rotation || name == "R0T") add(in_time(moves.col(static_cast<Index>(e)), 1), least_shown);
+    if (rotation || name == "R0T") add(in_time(moves.col(e), 1), least_shown);
   }
   for (int i = 0; i < 3; ++i) add(in_time(alike(i), 2), least_shown);
   const LinearFit fit = fit_linear(within_places(drift.columns), VectorXd::Zero(3 * points));

@@ -152,8 +152,7 @@ Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analy
     channel.pose_text.clear();
     channel.arrangement = id;
     for (std::size_t i = 0; i < points.poses.size(); ++i)
-      channel.points.push_back(
-          {points.poses[i], points.weights.row(e).segment<3>(3 * static_cast<Index>(i)).transpose()});
+      channel.points.push_back({points.poses[i], points.weights.row(e).segment<3>(3 * i).transpose()});
     for (Index c = 0; c < measurement.data.rows(); ++c) {
       if (!points.of_cycles[c]) measurement.data.values(c, channel.column) = std::numeric_limits<double>::quiet_NaN();
     }

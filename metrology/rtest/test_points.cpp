@@ -36,7 +36,7 @@ Weighted thinned(const RTestCycle& cycle, const MatrixXd& functional) {
   for (Index i = 0, left = 0; i < count; ++i) {
     while (left + 2 < kept && (left + 1) * (count - 1) / (kept - 1) <= i) ++left;
     const Index first = left * (count - 1) / (kept - 1), last = (left + 1) * (count - 1) / (kept - 1);
-    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+    const double way = last - first, share = (i - first) / way;
     const auto own = functional.middleCols(3 * i, 3);
     result.weights.middleCols(3 * left, 3) += (1.0 - share) * own;
     result.weights.middleCols(3 * left + 3, 3) += share * own;
@@ -97,7 +97,7 @@ TestPoints common_points(const RTestRecord& record, const RTestAnalysis& analysi
       same[k] = !seen[k] && agree(record.chain, cycles[c], cycles[k]);
       if (same[k]) seen[k] = true;
     }
-    const auto count = static_cast<std::size_t>(std::count(same.begin(), same.end(), true));
+    const std::size_t count = std::count(same.begin(), same.end(), true);
     if (count <= most) continue;
     most = count;
     of = c;

@@ -70,8 +70,7 @@ double pooled_residual(const RTestAnalysis& analysis) {
     squares += cycle.residual.squaredNorm();
     degrees += cycle.degrees_of_freedom;
   }
-  return degrees > 0 ? std::sqrt(squares / static_cast<double>(degrees)) / um
-                     : std::numeric_limits<double>::quiet_NaN();
+  return degrees > 0 ? std::sqrt(squares / degrees) / um : std::numeric_limits<double>::quiet_NaN();
 }
 
 void raise(double& largest, double value) { largest = std::fmax(largest, value); }  // NaN counts as none

@@ -16,8 +16,9 @@ using diagnosis::Kind;
 std::vector<UncertainParameter> stated_parameters(const mesh::Machine& machine, bool with_parts) {
   std::vector<UncertainParameter> found;
   for (const diagnosis::KindRow& row : diagnosis::known_kinds()) {
-    // process_heat is another name of a source's power.
-    if (row.kind == Kind::process_heat || (diagnosis::needs_parts(row.kind) && !with_parts)) continue;
+    // process_heat is another name of a source's power; a step is none of a machine as it is stated.
+    const bool is_stated = row.kind != Kind::process_heat && !diagnosis::is_step(row.kind);
+    if (!is_stated || (diagnosis::needs_parts(row.kind) && !with_parts)) continue;
     for (const Item& item : items_of(machine, row.kind)) {
       const auto named = [&](const UncertainParameter& one) {
         return one.parameter.kind == row.kind && one.parameter.where == item.id;

@@ -220,7 +220,7 @@ TEST_F(Fmu, DescriptionNamesEveryVariableWithUnitAndStart) {
   EXPECT_EQ(count("<Real unit=\"[^\"]+\" start=\"[-+0-9.e]+\"/>"), inputs);
   EXPECT_EQ(count("<Unknown index="), 2 * outputs);
   EXPECT_EQ(count("valueReference=\"" + std::to_string(inputs + 2 * data.linear_axes - 1) + "\""), 1);
-  EXPECT_EQ(count("<BaseUnit"), 10);
+  EXPECT_EQ(count("<BaseUnit"), 11);
   const char* spindle =
       "name=\"spindle.speed_rpm\" valueReference=\"1\" causality=\"input\" variability=\"continuous\"><Real "
       "unit=\"rpm\"";

@@ -149,7 +149,7 @@ struct Rig {
     seat.losses = {{"spindle", 1.5, bearing()}, {"B", 2.0, bearing()}};
     seat.places = {test::on_surface("slide.top")};
     m.sources = {friction, hold, seat};
-    m.joints[0].law = {2e6, 5e6, 1e6, 0.95, {}, {}};
+    m.joints[0].law = {{2e6, 0.0}, 5e6, 1e6, 0.95, {}, {}};
     return m;
   }
 };
