@@ -67,7 +67,10 @@ const KeyTable channel_table{
         key::word("zero", {"first", "absolute"}, "absolute",
                   "displacement: first: zero at its first value; absolute: against the machine at its reference "
                   "temperature."),
-        key::text("direction", "", "Free text; a word such as air or hall marks the surroundings."),
+        key::text(
+            "direction", "",
+            "Free text; a word such as air or hall marks the surroundings. tool or table: the displacement of that "
+            "side alone, as composite_modules_grid fits it."),
     }};
 
 const KeyTable program_table{"program",

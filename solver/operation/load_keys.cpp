@@ -53,7 +53,9 @@ const KeyTable axis{
         key::number("high_deg", "deg", any_number, Absent{}, "Its upper end."),
         key::number("feed_deg_min", "deg/min", any_number, Absent{}, "Feed over that range, up to the axis' rapid."),
         key::number("position_deg", "deg", any_number, Absent{}, "Where a rotary axis stands from now on."),
-        key::flag("clamped", false, "The axis is clamped in this phase; it needs the channel `axis.<id>.clamp.on`."),
+        key::flag("clamped", false,
+                  "The axis is clamped in this phase, at a position that it states too; it needs the channel "
+                  "`axis.<id>.clamp.on`."),
     }};
 
 const KeyTable phase{
