@@ -172,6 +172,50 @@ TEST(VirtualMeasurement, HasInputsSensorsAndDisplacementsThatFitTheMachine) {
   EXPECT_GT(clean.data.column("dz@2").cwiseAbs().maxCoeff(), 1.0);
 }
 
+/// Two outputs of a run: circuits on, then off; each segment takes the same heat all the time.
+solver::LoadResult cooled_run(const mesh::Machine& machine, double power_W) {
+  const solver::Channels channels(machine);
+  solver::LoadResult run;
+  const auto begin = [](core::Table& table) {
+    table.columns = {"time_s"};
+    table.values = Eigen::Vector3d(0, 600, 1200);
+  };
+  const auto add = [](core::Table& table, const std::string& name, const Eigen::Vector3d& values) {
+    table.columns.push_back(name);
+    table.values.conservativeResize(Eigen::NoChange, std::ssize(table.columns));
+    table.values.rightCols(1) = values;
+  };
+  for (core::Table* table : {&run.sensors, &run.inputs, &run.heat_flows}) begin(*table);
+  for (const mesh::SensorSpec& sensor : machine.sensors) add(run.sensors, sensor.id + "_C", {20, 21, 22});
+  for (Eigen::Index k = 0; k < channels.size(); ++k) {
+    const std::string& name = channels.names()[k];
+    const double value = channels.defaults()[k];
+    const bool is_circuit = name.starts_with("coolant.") && name.ends_with(".on");
+    add(run.inputs, name, is_circuit ? Eigen::Vector3d(1, 1, 0) : Eigen::Vector3d::Constant(value));
+  }
+  for (const mesh::CoolantSpec& coolant : machine.coolants) {
+    for (const mesh::CoolantSegment& segment : coolant.segments)
+      add(run.heat_flows, "coolant." + coolant.id + "." + segment.id + ".cooling_power_W",
+          Eigen::Vector3d::Constant(power_W));
+  }
+  return run;
+}
+
+TEST(VirtualMeasurement, ACoolantRisesByItsHeatOverItsFlow) {
+  const mesh::Machine machine = uncertain_boxes();
+  const mesh::CoolantSpec& coolant = machine.coolants.front();
+  const solver::LoadResult run = cooled_run(machine, 90.0);
+  VirtualOptions quiet;
+  quiet.sensor_noise_K = quiet.probe_noise_um = 0.0;
+  const std::string rise = "coolant." + coolant.id + "." + coolant.segments.front().id + ".rise";
+  EXPECT_FALSE(measure_run(run, machine, {}, quiet).data.find(rise));
+  quiet.coolant_rise = true;
+  const Measurement m = measure_run(run, machine, {}, quiet);
+  ASSERT_TRUE(m.data.find(rise));
+  EXPECT_NEAR(m.data.column(rise)[1], 90.0 / (coolant.flow.value * coolant.specific_heat), 1e-9);
+  EXPECT_EQ(m.data.column(rise)[2], 0.0) << "the circuit is off";
+}
+
 TEST(VirtualMeasurement, SensorsReduceTheErrorOfTheReducedModelOnAFinerPerturbedMachine) {
   const test::Scratch scratch;
   const mesh::Machine machine = uncertain_boxes();
