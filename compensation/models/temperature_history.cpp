@@ -30,7 +30,7 @@ double TemperatureHistory::filtered(double sigma) const {
   for (double k = 0.0; k * cell_s < 4.0 * sigma; k += 1.0) {
     const double weight = std::exp(-0.5 * std::pow(k * cell_s / sigma, 2));
     if (k < cells_.size()) {
-      const auto& [sum_of_cell, count] = cells_[k];
+      const auto& [sum_of_cell, count] = cells_[static_cast<std::size_t>(k)];
       oldest = sum_of_cell / count;
     }
     sum += weight * oldest;

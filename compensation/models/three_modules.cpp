@@ -214,6 +214,12 @@ std::array<Index, 2> ambient_sensors(const TrainingData& data, const std::vector
     if (count < 1.0) continue;
     candidates.push_back({squares / count - sum * sum / (count * count), sum / count, k});
   }
+  if (candidates.size() < 2) {
+    throw InputError(data.label,
+                     fmt::format("{} temperature{} of the machine with readings at work", candidates.size(),
+                                 candidates.size() == 1 ? "" : "s"),
+                     "at least two");
+  }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.spread < b.spread; });
   const bool ordered = candidates[0].moved <= candidates[1].moved;
@@ -292,7 +298,7 @@ public:
           throw InputError(fmt::format("{} {}", archive.place(), key), fmt::format("{}", index),
                            fmt::format("0 to {}", info.size() - 1));
         }
-        inputs.push_back(index);
+        inputs.push_back(static_cast<Index>(index));
       }
       return inputs;
     };
