@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -23,6 +24,19 @@ namespace thermotwin::solver {
 using core::InputError;
 using core::Node;
 using core::Range;
+
+namespace {
+
+/// Once for each file: verbs read a load program more than once.
+void warn_of_no_start(const std::string& place) {
+  static std::mutex mutex;
+  static std::set<std::string> said;
+  const std::lock_guard lock(mutex);
+  if (said.insert(place).second)
+    core::warn(place + ": no time of day at the start: laws of machine.toml over day.time_h contribute 0");
+}
+
+}  // namespace
 
 class LoadReader::Reading {
 public:
@@ -74,10 +88,7 @@ private:
   void read_start(const Node& root) {
     const std::string text = root.text_or("starts_at", "");
     if (text.empty()) {
-      if (channels_.index(mesh::time_of_day) >= 0) {
-        core::warn(root.place("starts_at") +
-                   ": no time of day at the start: laws of machine.toml over day.time_h contribute 0");
-      }
+      if (channels_.index(mesh::time_of_day) >= 0) warn_of_no_start(root.place("starts_at"));
       return;
     }
     starts_at_h_ = core::hours_of_day(text);

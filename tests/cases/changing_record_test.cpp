@@ -44,6 +44,13 @@ TEST(TimeOfDay, ALoadProgramDrivesALawOverIt) {
   const Eigen::VectorXd change = column(told) - column(untold);
   EXPECT_NEAR(change.head(4).norm(), 0.0, 1e-9) << "nothing before eight";
   EXPECT_GT(change.cwiseAbs().maxCoeff(), 0.01) << change.transpose();
+  // A file is warned of once, however often it is read.
+  const Result reduced = toy.run({"reduce", toy.path(), "--size", "2", "--order", "10", "--quiet"});
+  EXPECT_EQ(reduced.status, 0) << reduced.err;
+  const std::string words = "mixed.toml starts_at: no time of day";
+  const std::size_t first = reduced.err.find(words);
+  ASSERT_NE(first, std::string::npos) << reduced.err;
+  EXPECT_EQ(reduced.err.find(words, first + 1), std::string::npos) << reduced.err;
 }
 
 TEST(TimeOfDay, IsRefusedWhereItIsNone) {
