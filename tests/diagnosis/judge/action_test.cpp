@@ -5,7 +5,7 @@
 
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
-#include "tests/machines/rods_record.h"
+#include "tests/diagnosis/judge/boxed_column.h"
 
 namespace {
 
@@ -19,22 +19,6 @@ diagnosis::RankedCause cause(Kind kind, const std::string& where, double value) 
   return ranked;
 }
 
-reduction::ReducedModel model_with_skin() {
-  reduction::ReducedModel model;
-  model.machine = lumped::machine();
-  for (const double z : {0.0, 1.0}) {
-    for (const double x : {-0.2, 0.2}) {
-      for (const double y : {-0.1, 0.1}) {
-        reduction::Patch patch;
-        patch.surface.body = "column";
-        patch.centre = {x, y, z};
-        model.patches.items.push_back(patch);
-      }
-    }
-  }
-  return model;
-}
-
 TEST(Action, AMissingSourceIsLookedForWhereItIs) {
   diagnosis::RankedCause ranked = cause(Kind::source_missing, "column (-200, 100, 800) mm", 35.2);
   auto missing = std::make_shared<diagnosis::MissingSource>();
@@ -42,13 +26,13 @@ TEST(Action, AMissingSourceIsLookedForWhereItIs) {
   missing->centre = {-0.2, 0.1, 0.8};
   missing->follows = "coolant.main.on";
   ranked.parameter.missing = missing;
-  EXPECT_EQ(diagnosis::action_of(ranked, model_with_skin()),
+  EXPECT_EQ(diagnosis::action_of(ranked, diagnosis::boxed_column()),
             "Look at the top left rear of column, 800 mm above the table, near sensor T3: about 35 W enter there in "
             "proportion to coolant.main.on.");
 }
 
 TEST(Action, EveryKindHasOneOfItsOwn) {
-  const reduction::ReducedModel model = model_with_skin();
+  const reduction::ReducedModel model = diagnosis::boxed_column();
   std::set<std::string> actions;
   for (const diagnosis::KindRow& row : diagnosis::known_kinds()) {
     if (row.kind == Kind::source_missing) continue;
@@ -63,10 +47,10 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
 }
 
 TEST(Action, AMaterialInAllItsBodiesIsCheckedByItsData) {
-  EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), model_with_skin()),
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), diagnosis::boxed_column()),
             "Check the data of material iron (base, column, head): its expansion is 1.3 times as stated in all of "
             "them.");
-  EXPECT_EQ(diagnosis::action_of(cause(Kind::heat_capacity, "head", 1.3), model_with_skin()),
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::heat_capacity, "head", 1.3), diagnosis::boxed_column()),
             "Check mass and material of head (ribs, fillings, attached parts): its heat capacity is 1.3 times as "
             "stated.");
 }
@@ -75,12 +59,12 @@ TEST(Action, AnotherLawIsRecordedOrLookedFor) {
   diagnosis::Diagnosis d;
   d.causes = {cause(Kind::source_power, "motor", 1.6)};
   d.ambiguous_set = {cause(Kind::other_law, "motor", 0.0), cause(Kind::unknown, "", 0.0)};
-  std::vector<std::string> actions = diagnosis::actions_of(d, model_with_skin());
+  std::vector<std::string> actions = diagnosis::actions_of(d, diagnosis::boxed_column());
   ASSERT_EQ(actions.size(), 2U);
   EXPECT_TRUE(actions[1].starts_with("Record the power of motor over time")) << actions[1];
   d.causes = {cause(Kind::contact_conductance, "foot", 0.4)};
   d.ambiguous_set[0] = cause(Kind::other_law, "foot", 0.0);
-  actions = diagnosis::actions_of(d, model_with_skin());
+  actions = diagnosis::actions_of(d, diagnosis::boxed_column());
   ASSERT_EQ(actions.size(), 2U);
   EXPECT_TRUE(actions[1].starts_with("Check foot for loss of preload and hysteresis")) << actions[1];
 }
@@ -88,11 +72,11 @@ TEST(Action, AnotherLawIsRecordedOrLookedFor) {
 TEST(Action, FirstOfThoseThatShareWhereNoneIsNamed) {
   diagnosis::Diagnosis d;
   d.ambiguous_set = {cause(Kind::coolant_flow, "main", 0.45), cause(Kind::none, "", 0.0)};
-  const std::vector<std::string> actions = diagnosis::actions_of(d, model_with_skin());
+  const std::vector<std::string> actions = diagnosis::actions_of(d, diagnosis::boxed_column());
   ASSERT_EQ(actions.size(), 1U);
   EXPECT_NE(actions[0].find("flow of coolant main (filter, pump, valves): it is 0.45 times"), std::string::npos);
   d.ambiguous_set = {cause(Kind::unknown, "", 0.0)};
-  EXPECT_TRUE(diagnosis::actions_of(d, model_with_skin()).empty());
+  EXPECT_TRUE(diagnosis::actions_of(d, diagnosis::boxed_column()).empty());
 }
 
 }  // namespace

@@ -3,30 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/machines/rods_record.h"
+#include "tests/diagnosis/judge/boxed_column.h"
 
 namespace {
 
 using namespace thermotwin;
 
-reduction::ReducedModel boxed_column() {
-  reduction::ReducedModel model;
-  model.machine = lumped::machine();
-  for (const double z : {0.0, 1.0}) {
-    for (const double x : {-0.2, 0.2}) {
-      for (const double y : {-0.1, 0.1}) {
-        reduction::Patch patch;
-        patch.surface.body = "column";
-        patch.centre = {x, y, z};
-        model.patches.items.push_back(patch);
-      }
-    }
-  }
-  return model;
-}
-
 TEST(Place, IsSaidAsAFitterWouldSayIt) {
-  const reduction::ReducedModel model = boxed_column();
+  const reduction::ReducedModel model = diagnosis::boxed_column();
   EXPECT_EQ(diagnosis::place_in_words("column", {-0.2, 0.1, 0.8}, model),
             "the top left rear of column, 800 mm above the table, near sensor T3");
   EXPECT_EQ(diagnosis::place_in_words("column", {0.0, -0.1, 0.5}, model),
@@ -44,7 +28,7 @@ mesh::SurfaceSpec surface(const std::string& id, const mesh::Rule& rule) {
 }
 
 TEST(Place, NamesTheNearestSurfaceOfTheBody) {
-  reduction::ReducedModel model = boxed_column();
+  reduction::ReducedModel model = diagnosis::boxed_column();
   const Eigen::Vector3d inside(0.12, 0.02, 0.9);
   EXPECT_EQ(diagnosis::place_of("column", inside, model).surface, "") << "it has none";
   EXPECT_EQ(diagnosis::place_of("column", inside, model).on_skin, Eigen::Vector3d(0.2, 0.1, 1.0));
