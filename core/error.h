@@ -28,8 +28,7 @@ public:
   /// @param place    file with line or column, e.g. "machine.toml:12 body.material"
   /// @param value    what was found there, as written
   /// @param allowed  what would be right, as a phrase: "one of: cast_iron, steel"
-  InputError(const std::string& place, const std::string& value, const std::string& allowed)
-      : Error(place + ": " + value + "; allowed: " + allowed) {}
+  InputError(const std::string& place, const std::string& value, const std::string& allowed);
   int exit_status() const noexcept override { return 3; }
 };
 

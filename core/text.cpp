@@ -105,6 +105,21 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
   return text;
 }
 
+std::string toml_text(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const unsigned char byte = c;
+    if (byte < 0x20 || byte == 0x7F) {
+      constexpr std::string_view digits = "0123456789ABCDEF";
+      result += std::string("\\u00") + digits[byte >> 4U] + digits[byte & 0xFU];
+      continue;
+    }
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
 std::string xml_text(std::string_view text) {
   std::string safe;
   for (const char c : text) {

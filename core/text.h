@@ -24,6 +24,8 @@ std::string upper(std::string_view text);
 std::string_view trimmed(std::string_view text);
 
 /// "a, b, c"
+/// A string of TOML in quotes, with what TOML has to escape.
+std::string toml_text(std::string_view text);
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
 /// @return text for XML and HTML: & < > " are replaced, control characters but tab and line feed are left out

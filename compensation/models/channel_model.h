@@ -49,9 +49,9 @@ public:
   virtual std::string caution() const { return {}; }
   /// One for each input of a linear filter; empty: the model is none.
   virtual std::vector<StepResponse> step_responses() const { return {}; }
-  virtual void save(Archive& archive) const = 0;
+  virtual void save(ParameterStore& store) const = 0;
   /// @param info  inputs that the model was fitted with  @throws InputError
-  virtual void load(const Archive& archive, const std::vector<InputInfo>& info) = 0;
+  virtual void load(const ParameterStore& store, const std::vector<InputInfo>& info) = 0;
 
   /// The whole record, row by row.
   Eigen::VectorXd predict(const Eigen::VectorXd& time, const Eigen::MatrixXd& inputs) const;

@@ -139,26 +139,26 @@ public:
     return text + fmt::format(" intercept {:.4g} {}, ridge {:g}", line_.intercept, unit, ridge_);
   }
 
-  void save(Archive& archive) const override {
-    archive.put("tau_s", tau_);
-    archive.put("bend_K", bend_);
-    archive.put("gains", line_.gains);
-    archive.put("intercept", line_.intercept);
-    archive.put("ridge", ridge_);
+  void save(ParameterStore& store) const override {
+    store.put("tau_s", tau_);
+    store.put("bend_K", bend_);
+    store.put("gains", line_.gains);
+    store.put("intercept", line_.intercept);
+    store.put("ridge", ridge_);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
-    tau_ = archive.number("tau_s", 1e-3, 1e9);
-    bend_ = archive.vector("bend_K");
+    tau_ = store.number("tau_s", 1e-3, 1e9);
+    bend_ = store.vector("bend_K");
     const VectorXd none;
-    line_.gains = archive.vector("gains", Features(info_, tau_, none, false).size());
+    line_.gains = store.vector("gains", Features(info_, tau_, none, false).size());
     if (3 * bend_.size() != line_.gains.size() - ambient_features) {
-      throw InputError(archive.place() + " bend_K", fmt::format("{} values", bend_.size()),
+      throw InputError(store.place() + " bend_K", fmt::format("{} values", bend_.size()),
                        fmt::format("{}", (line_.gains.size() - ambient_features) / 3));
     }
-    line_.intercept = archive.number("intercept");
-    ridge_ = archive.number("ridge", 0.0);
+    line_.intercept = store.number("intercept");
+    ridge_ = store.number("ridge", 0.0);
   }
 
 private:

@@ -9,7 +9,10 @@
 #include <map>
 
 #include "compensation/models/catalogue.h"
+#include "compensation/models/load_levels.h"
+#include "compensation/models/parameter_store.h"
 #include "compensation/models/rotary_unit.h"
+#include "compensation/models/training_rows.h"
 #include "compensation/models/workspace_weights.h"
 #include "core/config.h"
 #include "core/error.h"
@@ -28,183 +31,12 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// Columns that a model of this choice may use: known in half of the training rows and moving there.
-std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& training, InputChoice choice) {
-  std::vector<Index> usable;
-  for (Index k = 0; k < data.input_values.cols(); ++k) {
-    const InputInfo& info = data.inputs[k];
-    if (choice == InputChoice::temperatures && !info.temperature) continue;
-    if (choice == InputChoice::activity && info.temperature && !info.ambient) continue;
-    double low = std::numeric_limits<double>::infinity(), high = -low, known = 0.0, rows = 0.0;
-    for (Index i = 0; i < data.rows(); ++i) {
-      if (!training[i]) continue;
-      rows += 1.0;
-      const double value = data.input_values(i, k);
-      if (!std::isfinite(value)) continue;
-      known += 1.0;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-    if (known >= 0.5 * rows && high > low) usable.push_back(k);
-  }
-  return usable;
-}
-
 std::string group_of(const MeasuredChannel& channel) {
   return channel.quantity.empty() ? channel.direction : channel.quantity;
 }
 
 /// A displacement of one side only.
 bool is_side(const MeasuredChannel& channel) { return channel.direction == "tool" || channel.direction == "table"; }
-
-/// Inputs before the first row of a stretch: what is measured there, but the machine has rested.
-void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd> inputs) {
-  for (std::size_t k = 0; k < info.size(); ++k)
-    if (info[k].activity && std::isfinite(inputs[k])) inputs[k] = 0.0;
-}
-
-/// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of
-/// rest: over the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins
-/// there. How long it was does not matter: twice the longest stretch is enough for all that one can show.
-TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target,
-                           const std::vector<Index>& used, const std::string& model) {
-  const Index rows = std::find(training.rbegin(), training.rend(), true).base() - training.begin();
-  std::vector<Index> order;  // row of the data, of each row here
-  std::vector<Index> rests;  // rows here that were added
-  for (Index i = 0; i < rows; ++i) {
-    if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
-      rests.push_back(std::ssize(order));
-      order.push_back(i);
-    }
-    order.push_back(i);
-  }
-  TrainingData part;
-  for (const Index k : used) part.info.push_back(data.inputs[k]);
-  part.label = model + " " + data.targets[target].id;
-  part.time = data.time(order);
-  part.inputs = data.input_values(order, used);
-  part.target = data.target_values(order, target);
-  for (Index i = 0; i < part.time.size(); ++i)
-    if (!training[order[i]]) part.target[i] = missing;
-  for (const Index row : rests) {
-    part.target[row] = missing;
-    part.breaks.insert(part.breaks.end(), {row, row + 1});
-    Eigen::RowVectorXd inputs = part.inputs.row(row);
-    let_rest(part.info, inputs);
-    part.inputs.row(row) = inputs;
-    const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
-    part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
-  }
-  double longest = 0.0;
-  for (std::size_t s = 0; s <= rests.size(); ++s) {
-    const Index from = s == 0 ? 0 : rests[s - 1] + 1, to = s < rests.size() ? rests[s] : part.time.size() - 1;
-    longest = std::max(longest, part.time[to] - part.time[from]);
-  }
-  for (const Index row : rests) {
-    if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0)
-      part.time.tail(part.time.size() - row - 1).array() -= more;
-  }
-  return part;
-}
-
-/// The activity whose values tell load levels: the one with the largest share of training time on.
-struct Levels {
-  std::string input;
-  std::vector<double> values;
-};
-Levels load_levels(const Dataset& data, const std::vector<bool>& training) {
-  Levels best;
-  double longest = 0.0;
-  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
-    if (!data.inputs[k].activity) continue;
-    std::map<double, double> count;
-    double on = 0.0, rows = 0.0;
-    for (Index i = 0; i < data.rows(); ++i) {
-      if (!training[i]) continue;
-      rows += 1.0;
-      const double value = data.input_values(i, k);
-      if (!(value > 0.0)) continue;
-      count[value] += 1.0;
-      on += 1.0;
-    }
-    if (on <= longest) continue;
-    std::vector<double> values;
-    constexpr double least_share = 0.1;
-    for (const auto& [value, times] : count) {
-      if (times >= least_share * rows) values.push_back(value);
-    }
-    if (values.empty()) continue;
-    longest = on;
-    best = {data.inputs[k].id, values};
-  }
-  return best;
-}
-
-/// (levels) weights, linear between levels, constant beyond them.
-VectorXd level_shares(const std::vector<double>& levels, double at) {
-  VectorXd shares = VectorXd::Zero(std::max<Index>(std::ssize(levels), 1));
-  if (levels.size() < 2 || at <= levels.front()) {
-    shares[0] = 1.0;
-  } else if (at >= levels.back()) {
-    shares[shares.size() - 1] = 1.0;
-  } else {
-    const auto above = std::upper_bound(levels.begin(), levels.end(), at) - levels.begin();
-    const double low = levels[above - 1], high = levels[above];
-    shares[above] = (at - low) / (high - low);
-    shares[above - 1] = 1.0 - shares[above];
-  }
-  return shares;
-}
-
-/// (rows) last value above 0 of the load input; the lowest level before it.
-VectorXd levels_of_rows(const Dataset& data, const std::string& input, const std::vector<double>& levels) {
-  VectorXd level = VectorXd::Constant(data.rows(), levels.empty() ? 0.0 : levels.front());
-  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
-    if (data.inputs[k].id != input) continue;
-    double last = levels.empty() ? 0.0 : levels.front();
-    for (Index i = 0; i < data.rows(); ++i) {
-      const double value = data.input_values(i, k);
-      if (value > 0.0) last = value;
-      level[i] = last;
-    }
-  }
-  return level;
-}
-
-std::string matrix_text(const MatrixXd& matrix) {
-  std::string text = fmt::format("[{}.0, {}.0", matrix.rows(), matrix.cols());
-  for (Index i = 0; i < matrix.rows(); ++i) {
-    for (Index j = 0; j < matrix.cols(); ++j) text += fmt::format(", {:.17e}", matrix(i, j));
-  }
-  return text + "]";
-}
-
-MatrixXd matrix_of(const core::Node& node, const std::string& key) {
-  const std::vector<double> numbers = node.numbers(key);
-  const auto refuse = [&](const std::string& found) {
-    throw InputError(node.place(key), found, "rows, columns, then as many numbers, row by row");
-  };
-  constexpr double largest = 1e6;
-  if (numbers.size() < 2 || !(numbers[0] >= 0 && numbers[0] <= largest) || !(numbers[1] >= 0 && numbers[1] <= largest))
-    refuse("no shape");
-  const auto rows = static_cast<Index>(numbers[0]), cols = static_cast<Index>(numbers[1]);
-  if (std::ssize(numbers) != rows * cols + 2)
-    refuse(fmt::format("{} numbers for {} x {}", numbers.size() - 2, rows, cols));
-  MatrixXd matrix(rows, cols);
-  for (Index i = 0; i < rows; ++i) {
-    for (Index j = 0; j < cols; ++j) matrix(i, j) = numbers[2 + i * cols + j];
-  }
-  return matrix;
-}
-
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + "\"";
-}
 
 }  // namespace
 
@@ -529,16 +361,17 @@ std::vector<std::string> FittedModel::explain() const {
 }
 
 std::string FittedModel::to_toml() const {
-  std::string text =
-      fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", quoted(name()), quoted(level_input_));
+  std::string text = fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", core::toml_text(name()),
+                                 core::toml_text(level_input_));
   for (std::size_t i = 0; i < levels_.size(); ++i) text += fmt::format("{}{:.17e}", i == 0 ? "" : ", ", levels_[i]);
   text += "]\n";
   for (const Member& member : members_) {
-    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", quoted(member.channel), quoted(member.unit));
+    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", core::toml_text(member.channel),
+                        core::toml_text(member.unit));
     std::string ids, kinds;
     for (const InputInfo& info : member.inputs) {
       const std::string comma = ids.empty() ? "" : ", ";
-      ids += comma + quoted(info.id);
+      ids += comma + core::toml_text(info.id);
       kinds += comma + (info.ambient       ? "\"ambient\""
                         : info.temperature ? "\"temperature\""
                         : info.motion      ? "\"motion\""
@@ -546,15 +379,15 @@ std::string FittedModel::to_toml() const {
                                            : "\"state\"");
     }
     text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
-    if (!member.caution.empty()) text += "caution = " + quoted(member.caution) + "\n";
+    if (!member.caution.empty()) text += "caution = " + core::toml_text(member.caution) + "\n";
     text += "[model.part.values]\n";
-    Archive archive;
-    member.model->save(archive);
-    for (const auto& [key, values] : archive.values()) text += key + " = " + matrix_text(values) + "\n";
+    ParameterStore store;
+    member.model->save(store);
+    for (const auto& [key, values] : store.values()) text += key + " = " + parameter_text(values) + "\n";
   }
   for (const Output& output : outputs_) {
     text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [",
-                        quoted(output.channel), output.factor, matrix_text(output.weights));
+                        core::toml_text(output.channel), output.factor, parameter_text(output.weights));
     for (std::size_t i = 0; i < output.members.size(); ++i)
       text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.members[i]);
     text += "]\n";
@@ -590,15 +423,16 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
             {ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
       }
       const core::Node values = member_node.table("values");
-      Archive archive(values.place());
-      for (const std::string& key : values.keys()) archive.put(key, matrix_of(values, key));
-      member.model->load(archive, member.inputs);
+      ParameterStore store(values.place());
+      for (const std::string& key : values.keys()) store.put(key, read_parameter(values, key));
+      member.model->load(store, member.inputs);
       values.finish();
       member_node.finish();
       model.members_.push_back(std::move(member));
     }
     for (const core::Node& output_node : node.tables("output")) {
-      Output output{output_node.text("channel"), {}, matrix_of(output_node, "weights"), output_node.number("factor")};
+      Output output{
+          output_node.text("channel"), {}, read_parameter(output_node, "weights"), output_node.number("factor")};
       for (const double index : output_node.numbers("parts")) {
         if (!(index >= 0.0 && index < model.members_.size())) {
           throw InputError(output_node.place("parts"), fmt::format("{}", index),

@@ -88,26 +88,26 @@ public:
     return text + fmt::format(" h; intercept {:.4g} {}", intercept_, unit);
   }
 
-  void save(Archive& archive) const override {
-    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
-    archive.put("gains", gains_);
-    archive.put("intercept", intercept_);
-    archive.put("noise", noise_);
-    archive.put("drift", drift_);
-    archive.put("drift_time_s", drift_time_);
+  void save(ParameterStore& store) const override {
+    store.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
+    store.put("gains", gains_);
+    store.put("intercept", intercept_);
+    store.put("noise", noise_);
+    store.put("drift", drift_);
+    store.put("drift_time_s", drift_time_);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
-    const VectorXd tau = archive.vector("tau_s");
+    const VectorXd tau = store.vector("tau_s");
     if (!(tau.array() > 0.0).all())
-      throw InputError(archive.place() + " tau_s", "a time constant that is not above 0", "positive numbers");
+      throw InputError(store.place() + " tau_s", "a time constant that is not above 0", "positive numbers");
     tau_.assign(tau.begin(), tau.end());
-    gains_ = archive.matrix("gains", std::ssize(info), tau.size());
-    intercept_ = archive.number("intercept");
-    noise_ = archive.number("noise", 0.0);
-    drift_ = archive.number("drift", 0.0);
-    drift_time_ = archive.number("drift_time_s", 0.0);
+    gains_ = store.matrix("gains", std::ssize(info), tau.size());
+    intercept_ = store.number("intercept");
+    noise_ = store.number("noise", 0.0);
+    drift_ = store.number("drift", 0.0);
+    drift_time_ = store.number("drift_time_s", 0.0);
   }
 
 private:

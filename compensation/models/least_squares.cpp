@@ -2,7 +2,6 @@
 #include "compensation/models/least_squares.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/minimum_norm.h"
 
 namespace thermotwin::compensation {
 
@@ -89,7 +89,7 @@ Line fit_line(const MatrixXd& features, const VectorXd& target, const std::strin
   const MatrixXd centred = x.rowwise() - mean;
   Line line;
   line.rows = n;
-  line.gains = centred.completeOrthogonalDecomposition().solve((z.array() - z.mean()).matrix());
+  line.gains = core::minimum_norm_solution(centred, (z.array() - z.mean()).matrix());
   line.intercept = z.mean() - mean.dot(line.gains);
   line.squares = squares_of(line, x, z);
   return line;

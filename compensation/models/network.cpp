@@ -144,30 +144,30 @@ public:
                               held_out_rms_, unit);
   }
 
-  void save(Archive& archive) const override {
-    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
-    archive.put("mean", mean_);
-    archive.put("into", into_);
-    archive.put("weights", weights_);
-    archive.put("offset", offset_);
-    archive.put("spread", spread_);
-    archive.put("decay", decay_);
-    archive.put("held_out_rms", held_out_rms_);
+  void save(ParameterStore& store) const override {
+    store.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
+    store.put("mean", mean_);
+    store.put("into", into_);
+    store.put("weights", weights_);
+    store.put("offset", offset_);
+    store.put("spread", spread_);
+    store.put("decay", decay_);
+    store.put("held_out_rms", held_out_rms_);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
-    const VectorXd tau = archive.vector("tau_s");
+    const VectorXd tau = store.vector("tau_s");
     if (tau.size() != (memory_ ? 3 : 1) || !(tau.array() >= 0.0).all())
-      throw InputError(archive.place() + " tau_s", "not the model's time constants", "0, and two more with memory");
+      throw InputError(store.place() + " tau_s", "not the model's time constants", "0, and two more with memory");
     tau_.assign(tau.begin(), tau.end());
-    mean_ = archive.vector("mean", info.size() * tau_.size());
-    into_ = archive.matrix("into", mean_.size());
-    weights_ = archive.matrix("weights", Layers::size(into_.cols()));
-    offset_ = archive.number("offset");
-    spread_ = archive.number("spread", 0.0);
-    decay_ = archive.number("decay", 0.0);
-    held_out_rms_ = archive.number("held_out_rms", 0.0);
+    mean_ = store.vector("mean", info.size() * tau_.size());
+    into_ = store.matrix("into", mean_.size());
+    weights_ = store.matrix("weights", Layers::size(into_.cols()));
+    offset_ = store.number("offset");
+    spread_ = store.number("spread", 0.0);
+    decay_ = store.number("decay", 0.0);
+    held_out_rms_ = store.number("held_out_rms", 0.0);
   }
 
 private:

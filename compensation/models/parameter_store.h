@@ -7,11 +7,13 @@
 #include <map>
 #include <string>
 
+#include "core/config.h"
+
 namespace thermotwin::compensation {
 
-class Archive {
+class ParameterStore {
 public:
-  explicit Archive(std::string place = "model") : place_(std::move(place)) {}
+  explicit ParameterStore(std::string place = "model") : place_(std::move(place)) {}
 
   void put(const std::string& key, const Eigen::MatrixXd& values) { values_[key] = values; }
   void put(const std::string& key, double value) { values_[key] = Eigen::MatrixXd::Constant(1, 1, value); }
@@ -29,5 +31,10 @@ private:
   std::string place_;
   std::map<std::string, Eigen::MatrixXd> values_;
 };
+
+/// A parameter as it stands in a model file: rows, columns, then the numbers row by row, at full precision.
+std::string parameter_text(const Eigen::MatrixXd& values);
+/// @throws InputError (no such key, no shape, another number of values)
+Eigen::MatrixXd read_parameter(const core::Node& node, const std::string& key);
 
 }  // namespace thermotwin::compensation

@@ -152,28 +152,28 @@ public:
     return text + fmt::format(" start {:.4g} {}, rms of the fit {:.3g} {}", initial_, unit, rms_, unit);
   }
 
-  void save(Archive& archive) const override {
-    archive.put("tau_s", tau_);
-    archive.put("gains", gains_);
-    archive.put("shift", shift_);
-    archive.put("reference", reference_);
-    archive.put("initial", initial_);
-    archive.put("constant", constant_);
-    archive.put("rms", rms_);
+  void save(ParameterStore& store) const override {
+    store.put("tau_s", tau_);
+    store.put("gains", gains_);
+    store.put("shift", shift_);
+    store.put("reference", reference_);
+    store.put("initial", initial_);
+    store.put("constant", constant_);
+    store.put("rms", rms_);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
-    tau_ = archive.vector("tau_s");
+    tau_ = store.vector("tau_s");
     sets_ = tau_.size();
     if (sets_ < 1 || sets_ > 2 || !(tau_.array() > 0.0).all())
-      throw InputError(archive.place() + " tau_s", "not one or two positive time constants", "one or two above 0");
-    gains_ = archive.matrix("gains", sets_, std::ssize(info));
-    shift_ = archive.vector("shift", sets_);
-    reference_ = archive.vector("reference", std::ssize(info));
-    initial_ = archive.number("initial");
-    constant_ = archive.number("constant");
-    rms_ = archive.number("rms", 0.0);
+      throw InputError(store.place() + " tau_s", "not one or two positive time constants", "one or two above 0");
+    gains_ = store.matrix("gains", sets_, std::ssize(info));
+    shift_ = store.vector("shift", sets_);
+    reference_ = store.vector("reference", std::ssize(info));
+    initial_ = store.number("initial");
+    constant_ = store.number("constant");
+    rms_ = store.number("rms", 0.0);
   }
 
 private:

@@ -44,19 +44,19 @@ public:
            fmt::format(" {}/K, intercept {:.4g} {}, {} rows{}", unit, line_.intercept, unit, line_.rows, remark_);
   }
 
-  void save(Archive& archive) const override {
-    archive.put("tau_s", tau_);
-    archive.put("gains", line_.gains);
-    archive.put("intercept", line_.intercept);
-    archive.put("rows", line_.rows);
+  void save(ParameterStore& store) const override {
+    store.put("tau_s", tau_);
+    store.put("gains", line_.gains);
+    store.put("intercept", line_.intercept);
+    store.put("rows", line_.rows);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
-    tau_ = archive.number("tau_s", 0.0, 1e12);
-    line_.gains = archive.vector("gains", std::ssize(info));
-    line_.intercept = archive.number("intercept");
-    line_.rows = static_cast<Index>(archive.number("rows", 0.0, 1e15));
+    tau_ = store.number("tau_s", 0.0, 1e12);
+    line_.gains = store.vector("gains", std::ssize(info));
+    line_.intercept = store.number("intercept");
+    line_.rows = static_cast<Index>(store.number("rows", 0.0, 1e15));
   }
 
 protected:

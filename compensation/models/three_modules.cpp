@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/three_modules.h"
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,10 +8,11 @@
 #include <cmath>
 #include <limits>
 
-#include "compensation/models/lag_bank.h"
-#include "compensation/models/temperature_history.h"
+#include "compensation/models/module_features.h"
+#include "compensation/models/module_programs.h"
 #include "compensation/models/whole_programs.h"
 #include "core/error.h"
+#include "core/minimum_norm.h"
 #include "core/missing.h"
 #include "core/units.h"
 
@@ -25,7 +25,6 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double edge_K = 1.6;      ///< of the stable mode, (8)
 constexpr double uniform_K = 0.25;  ///< a machine whose temperatures differ by less is in its steady state
 const std::vector<double> ambient_ridges{1e-8, 1e-6, 1e-4, 1e-2},
     internal_ridges{1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3, 1.0};
@@ -53,186 +52,13 @@ struct SensorOffset {
   static double dip_of(double kelvin) { return 1.0 / (1.0 + std::abs(2.0 * kelvin)) - 1.0; }
 };
 
-/// What all modules share. Inputs: temperatures of the machine (and the air).
-struct ModuleLayout {
-  std::array<Index, 2> ambient{};  ///< inputs; the first guides the modes and is the baseline
-  std::vector<Index> internal;     ///< inputs of module 3
-  double sigma_s = 0;              ///< of the Gaussian filter; 0: none
-  std::vector<double> memories;    ///< s, of module 2
-  std::vector<double> lags;        ///< s, of module 3
-  bool baseline = true;
-  double reference = 0;  ///< of T without module 1
-};
-
-struct ModuleRow {
-  double baseline = 0;
-  RowVectorXd ambient;                ///< features of module 2
-  std::array<double, 2> deviation{};  ///< T1 of the ambient sensors
-  RowVectorXd above;                  ///< (internal) sensors less the baseline
-};
-
-/// Features of one row after the other. @param fixed  baseline at the first reading, as in training
-class ModuleFeatures {
-public:
-  ModuleFeatures(const ModuleLayout& layout, bool fixed)
-      : layout_(layout),
-        fixed_(fixed),
-        memories_(std::vector<InputInfo>(2, InputInfo{}),
-                  layout.memories.empty() ? std::vector<double>{0.0} : layout.memories) {}
-
-  static Index ambient_size(const ModuleLayout& layout) { return 16 + 6 * std::ssize(layout.memories); }
-
-  /// @return whether all inputs are there
-  bool step(double time, const Eigen::Ref<const RowVectorXd>& inputs, ModuleRow& row) {
-    const double first = inputs[layout_.ambient[0]], second = inputs[layout_.ambient[1]];
-    bool known = std::isfinite(first) && std::isfinite(second);
-    for (const Index i : layout_.internal) known = known && std::isfinite(inputs[i]);
-    if (!known) return false;
-    histories_[0].add(time, first);
-    histories_[1].add(time, second);
-    if (!started_) start_ = first;
-    started_ = true;
-    row.baseline = !layout_.baseline ? layout_.reference : fixed_ ? start_ : histories_[0].mean();
-    row.deviation = {first - row.baseline, second - row.baseline};
-    std::array<double, 2> smooth = row.deviation;
-    for (std::size_t i = 0; layout_.sigma_s > 0.0 && i < 2; ++i)
-      smooth[i] = histories_[i].filtered(layout_.sigma_s) - row.baseline;
-    RowVectorXd pair(2);
-    pair << first, second;
-    const MatrixXd past = memories_.step(time, pair);
-    row.ambient.resize(ambient_size(layout_));
-    Index at = 0;
-    const auto put = [&](double value) { row.ambient[at++] = value; };
-    const double u = row.deviation[0], b = smooth[0], a = smooth[1];
-    const double stable = std::max(0.0, 1.0 - std::pow(u / edge_K, 6));
-    const double x = std::clamp(a / edge_K, -2.0, 2.0), y = std::clamp(b / edge_K, -2.0, 2.0);
-    for (const double value : {x, y, x * y, std::abs(x), std::abs(y), 1.0}) put(stable * value);
-    for (const bool cold : {true, false}) {
-      const double share = (u < 0.0) == cold ? 1.0 - stable : 0.0, size = std::abs(b);
-      for (const double value : {size, std::sqrt(size), size * std::sqrt(size), a, 1.0}) put(share * value);
-    }
-    for (std::size_t m = 0; m < layout_.memories.size(); ++m) {
-      for (Index i = 0; i < 2; ++i) {
-        const double late = past(i, m) - pair[i];
-        put(stable * late);
-        put(u < 0.0 ? (1.0 - stable) * late : 0.0);
-        put(u >= 0.0 ? (1.0 - stable) * late : 0.0);
-      }
-    }
-    row.above.resize(std::ssize(layout_.internal));
-    for (std::size_t k = 0; k < layout_.internal.size(); ++k) row.above[k] = inputs[layout_.internal[k]] - row.baseline;
-    return true;
-  }
-
-private:
-  const ModuleLayout& layout_;
-  bool fixed_, started_ = false;
-  double start_ = 0;
-  std::array<TemperatureHistory, 2> histories_;
-  LagBank memories_;
-};
-
-/// Features of module 3 from the sensors less baseline and offsets.
-class InternalFeatures {
-public:
-  InternalFeatures(const ModuleLayout& layout, const VectorXd& bend)
-      : bend_(bend),
-        lags_(std::vector<InputInfo>(layout.internal.size(), InputInfo{}),
-              layout.lags.empty() ? std::vector<double>{0.0} : layout.lags),
-        lagged_(std::ssize(layout.lags)) {}
-  static Index size(const ModuleLayout& layout) { return std::ssize(layout.internal) * (2 + std::ssize(layout.lags)); }
-  RowVectorXd step(double time, const RowVectorXd& warm) {
-    const Index n = warm.size();
-    RowVectorXd row(n * (2 + lagged_));
-    const MatrixXd& past = lags_.step(time, warm);
-    row.head(n) = warm;
-    for (Index k = 0; k < n; ++k) row[n + k] = std::max(0.0, warm[k] - bend_[k]);
-    for (Index m = 0; m < lagged_; ++m) row.segment((2 + m) * n, n) = past.col(m).transpose();
-    return row;
-  }
-
-private:
-  const VectorXd& bend_;
-  LagBank lags_;
-  Index lagged_;
-};
-
-enum class ProgramKind { baseline, ambient, internal };
-struct ModuleProgram {
-  Index from, to;  ///< rows [from, to)
-  ProgramKind kind;
-};
-
-/// Whether the input of a control stands for the machine being on, not for something that it does.
-bool is_standby(const InputInfo& info) {
-  return info.input == "machine.on" || (info.input.starts_with("coolant.") && info.input.ends_with(".on"));
-}
-
-std::vector<ModuleProgram> stretches_of(const TrainingData& data) {
-  std::vector<ModuleProgram> stretches;
-  Index from = 0;
-  for (std::size_t i = 0; i <= data.breaks.size(); i += 2) {
-    const Index to = i < data.breaks.size() ? data.breaks[i] : data.time.size();
-    bool on = false, works = false;
-    for (Index k = 0; k < std::ssize(data.info); ++k) {
-      if (data.info[k].temperature) continue;
-      const bool any = (data.inputs.col(k).segment(from, to - from).array() > 0.0).any();
-      (is_standby(data.info[k]) ? on : works) |= any;
-    }
-    stretches.push_back({from, to, works ? ProgramKind::internal : on ? ProgramKind::ambient : ProgramKind::baseline});
-    if (i < data.breaks.size()) from = data.breaks[i + 1];
-  }
-  return stretches;
-}
-
-/// The two temperatures whose range depends least on the program that runs; first the one that moves less.
-std::array<Index, 2> ambient_sensors(const TrainingData& data, const std::vector<Index>& temperatures,
-                                     const std::vector<ModuleProgram>& stretches) {
-  struct Candidate {
-    double spread, moved;
-    Index input;
-  };
-  std::vector<Candidate> candidates;
-  for (const Index k : temperatures) {
-    double sum = 0.0, squares = 0.0, count = 0.0;
-    for (const ModuleProgram& stretch : stretches) {
-      if (stretch.kind != ProgramKind::internal) continue;
-      const auto [low, high] = [&] {
-        double least = std::numeric_limits<double>::infinity(), most = -least;
-        for (const double value : data.inputs.col(k).segment(stretch.from, stretch.to - stretch.from)) {
-          if (!std::isfinite(value)) continue;
-          least = std::min(least, value);
-          most = std::max(most, value);
-        }
-        return std::pair{least, most};
-      }();
-      if (!(high >= low)) continue;
-      sum += high - low;
-      squares += (high - low) * (high - low);
-      count += 1.0;
-    }
-    if (count < 1.0) continue;
-    candidates.push_back({squares / count - sum * sum / (count * count), sum / count, k});
-  }
-  if (candidates.size() < 2) {
-    throw InputError(data.label,
-                     fmt::format("{} temperature{} of the machine with readings at work", candidates.size(),
-                                 candidates.size() == 1 ? "" : "s"),
-                     "at least two");
-  }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.spread < b.spread; });
-  const bool ordered = candidates[0].moved <= candidates[1].moved;
-  return {candidates[ordered ? 0 : 1].input, candidates[ordered ? 1 : 0].input};
-}
-
 class ThreeModules final : public ChannelModel {
 public:
   explicit ThreeModules(ThreeModulesOptions options) : options_(options) {}
 
   void fit(const TrainingData& data) override {
     info_ = data.info;
-    const std::vector<ModuleProgram> stretches = stretches_of(data);
+    const std::vector<ModuleProgram> stretches = module_programs(data);
     choose_sensors(data, stretches);
     fit_baseline(data, stretches);
     if (options_.together) return fit_together(data, stretches);
@@ -262,7 +88,7 @@ public:
     return text + fmt::format(" intercept {:.4g} {}", internal_.line.intercept, unit);
   }
 
-  void save(Archive& archive) const override {
+  void save(ParameterStore& store) const override {
     MatrixXd curve(curve_.at.size(), 2), offsets(std::ssize(offsets_), 3);
     curve << curve_.at, curve_.value;
     for (std::size_t k = 0; k < offsets_.size(); ++k)
@@ -272,30 +98,30 @@ public:
       for (std::size_t i = 0; i < values.size(); ++i) numbers[i] = double(values[i]);
       return numbers;
     };
-    archive.put("ambient", whole(layout_.ambient));
-    archive.put("internal", whole(layout_.internal));
-    archive.put("sigma_s", layout_.sigma_s);
-    archive.put("memories_s", whole(layout_.memories));
-    archive.put("lags_s", whole(layout_.lags));
-    archive.put("baseline", layout_.baseline ? 1.0 : 0.0);
-    archive.put("reference_C", layout_.reference);
-    archive.put("curve", curve);
-    archive.put("offsets", offsets);
-    archive.put("bend_K", bend_);
-    archive.put("ambient_gains", ambient_.line.gains);
-    archive.put("ambient_intercept", ambient_.line.intercept);
-    archive.put("internal_gains", internal_.line.gains);
-    archive.put("internal_intercept", internal_.line.intercept);
-    archive.put("ridge", internal_.ridge);
+    store.put("ambient", whole(layout_.ambient));
+    store.put("internal", whole(layout_.internal));
+    store.put("sigma_s", layout_.sigma_s);
+    store.put("memories_s", whole(layout_.memories));
+    store.put("lags_s", whole(layout_.lags));
+    store.put("baseline", layout_.baseline ? 1.0 : 0.0);
+    store.put("reference_C", layout_.reference);
+    store.put("curve", curve);
+    store.put("offsets", offsets);
+    store.put("bend_K", bend_);
+    store.put("ambient_gains", ambient_.line.gains);
+    store.put("ambient_intercept", ambient_.line.intercept);
+    store.put("internal_gains", internal_.line.gains);
+    store.put("internal_intercept", internal_.line.intercept);
+    store.put("ridge", internal_.ridge);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     info_ = info;
     const auto inputs_of = [&](const char* key, Index size) {
       std::vector<Index> inputs;
-      for (const double index : archive.vector(key, size)) {
+      for (const double index : store.vector(key, size)) {
         if (!(index >= 0.0 && index < info.size())) {
-          throw InputError(fmt::format("{} {}", archive.place(), key), fmt::format("{}", index),
+          throw InputError(fmt::format("{} {}", store.place(), key), fmt::format("{}", index),
                            fmt::format("0 to {}", info.size() - 1));
         }
         inputs.push_back(static_cast<Index>(index));
@@ -305,37 +131,36 @@ public:
     const std::vector<Index> ambient = inputs_of("ambient", 2);
     layout_.ambient = {ambient[0], ambient[1]};
     layout_.internal = inputs_of("internal", -1);
-    layout_.sigma_s = archive.number("sigma_s", 0.0, TemperatureHistory::longest_s);
+    layout_.sigma_s = store.number("sigma_s", 0.0, TemperatureHistory::longest_s);
     const auto times_of = [&](const char* key) {
       std::vector<double> times;
-      for (const double time : archive.vector(key)) {
+      for (const double time : store.vector(key)) {
         if (!(time > 0.0))
-          throw InputError(fmt::format("{} {}", archive.place(), key), fmt::format("{}", time), "above 0");
+          throw InputError(fmt::format("{} {}", store.place(), key), fmt::format("{}", time), "above 0");
         times.push_back(time);
       }
       return times;
     };
     layout_.memories = times_of("memories_s");
     layout_.lags = times_of("lags_s");
-    layout_.baseline = archive.number("baseline", 0.0, 1.0) > 0.5;
-    layout_.reference = archive.number("reference_C");
-    const MatrixXd curve = archive.matrix("curve", -1, 2);
+    layout_.baseline = store.number("baseline", 0.0, 1.0) > 0.5;
+    layout_.reference = store.number("reference_C");
+    const MatrixXd curve = store.matrix("curve", -1, 2);
     const auto n = std::ssize(layout_.internal);
-    const MatrixXd offsets = archive.matrix("offsets", n, 3);
+    const MatrixXd offsets = store.matrix("offsets", n, 3);
     curve_ = {curve.col(0), curve.col(1)};
     offsets_.clear();
     for (Index k = 0; k < n; ++k) offsets_.push_back({offsets(k, 0) > 0.5 ? 1 : 0, offsets(k, 1), offsets(k, 2)});
-    bend_ = archive.vector("bend_K", n);
-    ambient_.line.gains = archive.vector("ambient_gains");
-    ambient_.line.intercept = archive.number("ambient_intercept");
+    bend_ = store.vector("bend_K", n);
+    ambient_.line.gains = store.vector("ambient_gains");
+    ambient_.line.intercept = store.number("ambient_intercept");
     const Index of_ambient = ModuleFeatures::ambient_size(layout_), own = ambient_.line.gains.size();
     if (own != 0 && own != of_ambient)
-      throw InputError(archive.place() + " ambient_gains", fmt::format("{} values", own),
-                       fmt::format("{}", of_ambient));
+      throw InputError(store.place() + " ambient_gains", fmt::format("{} values", own), fmt::format("{}", of_ambient));
     internal_.line.gains =
-        archive.vector("internal_gains", InternalFeatures::size(layout_) + (own == 0 ? of_ambient : 0));
-    internal_.line.intercept = archive.number("internal_intercept");
-    internal_.ridge = archive.number("ridge", 0.0);
+        store.vector("internal_gains", InternalFeatures::size(layout_) + (own == 0 ? of_ambient : 0));
+    internal_.line.intercept = store.number("internal_intercept");
+    internal_.ridge = store.number("ridge", 0.0);
   }
 
 private:
@@ -516,7 +341,7 @@ private:
           x.row(i) << deviations[i][input], SensorOffset::dip_of(deviations[i][input]);
           z[i] = above[i][k];
         }
-        const VectorXd found = x.completeOrthogonalDecomposition().solve(z);
+        const VectorXd found = core::minimum_norm_solution(x, z);
         const double left = (z - x * found).squaredNorm();
         if (!(left < least)) continue;
         least = left;

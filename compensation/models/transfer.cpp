@@ -13,6 +13,7 @@
 #include "compensation/models/least_squares.h"
 #include "compensation/models/transfer_function.h"
 #include "core/error.h"
+#include "core/minimum_norm.h"
 #include "core/missing.h"
 #include "core/units.h"
 
@@ -58,9 +59,7 @@ VectorXd filtered_by_poles(const VectorXd& u, const VectorXd& f, bool settled = 
   return y;
 }
 
-VectorXd solve(const MatrixXd& rows, const VectorXd& right) {
-  return rows.completeOrthogonalDecomposition().solve(right);
-}
+VectorXd solve(const MatrixXd& rows, const VectorXd& right) { return core::minimum_norm_solution(rows, right); }
 
 /// What is chosen by the data.
 struct Structure {
@@ -406,39 +405,38 @@ public:
     return responses;
   }
 
-  void save(Archive& archive) const override {
-    archive.put("step_s", set_.step);
-    archive.put("constant", set_.constant);
-    archive.put("reference", set_.reference);
-    archive.put("numerators", set_.b);
-    archive.put("denominators", set_.f);
-    archive.put("held_out_rms", held_out_rms_);
+  void save(ParameterStore& store) const override {
+    store.put("step_s", set_.step);
+    store.put("constant", set_.constant);
+    store.put("reference", set_.reference);
+    store.put("numerators", set_.b);
+    store.put("denominators", set_.f);
+    store.put("held_out_rms", held_out_rms_);
     VectorXd chosen(std::ssize(chosen_));
     for (std::size_t i = 0; i < chosen_.size(); ++i) chosen[i] = chosen_[i];
-    archive.put("inputs", chosen);
+    store.put("inputs", chosen);
   }
 
-  void load(const Archive& archive, const std::vector<InputInfo>& info) override {
+  void load(const ParameterStore& store, const std::vector<InputInfo>& info) override {
     all_ = info;
     chosen_.clear();
     set_ = {};
-    for (const double index : archive.vector("inputs")) {
+    for (const double index : store.vector("inputs")) {
       if (!(index >= 0.0 && index < info.size())) {
-        throw InputError(archive.place() + " inputs", fmt::format("{}", index),
-                         fmt::format("0 to {}", info.size() - 1));
+        throw InputError(store.place() + " inputs", fmt::format("{}", index), fmt::format("0 to {}", info.size() - 1));
       }
       chosen_.push_back(static_cast<Index>(index));
       set_.info.push_back(info[static_cast<std::size_t>(index)]);
     }
     const auto n = std::ssize(chosen_);
-    set_.step = archive.number("step_s", 1e-6, 1e9);
-    set_.constant = archive.number("constant");
-    set_.reference = archive.vector("reference", n);
-    set_.f = archive.matrix("denominators", n);
-    set_.b = archive.matrix("numerators", n, set_.f.cols() + 1);
-    held_out_rms_ = archive.number("held_out_rms", 0.0);
+    set_.step = store.number("step_s", 1e-6, 1e9);
+    set_.constant = store.number("constant");
+    set_.reference = store.vector("reference", n);
+    set_.f = store.matrix("denominators", n);
+    set_.b = store.matrix("numerators", n, set_.f.cols() + 1);
+    held_out_rms_ = store.number("held_out_rms", 0.0);
     if (!(set_.largest_pole() < 1.0)) {
-      throw InputError(archive.place() + " denominators", fmt::format("a pole of magnitude {}", set_.largest_pole()),
+      throw InputError(store.place() + " denominators", fmt::format("a pole of magnitude {}", set_.largest_pole()),
                        "stable poles");
     }
   }

@@ -146,15 +146,6 @@ std::pair<std::size_t, std::size_t> number_span(const std::string& text, const S
   return {statement.begin, statement.begin};
 }
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + '"';
-}
-
 /// A TOML float or integer that reads back as the same double.
 std::string written(double number) { return fmt::format("{}", number); }
 
@@ -172,7 +163,7 @@ std::string changed_text(const std::string& text, const std::string& source, con
     if (!place.may_lack)
       throw core::InputError(source, "no " + what, "a table with this header and id, so that its key can be changed");
     return text + (text.ends_with('\n') ? "" : "\n") + "\n[[" + place.table + "]]\n" + place.id_key + " = " +
-           quoted(place.id) + "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
+           core::toml_text(place.id) + "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
   }
   if (!place.part.empty()) {
     std::size_t to = section.last;
@@ -223,13 +214,13 @@ std::string with_own_material(const std::string& text, const std::string& source
   Section section = find(changed, "body", body, all);
   const Statement* key = find_key(all, section, "material");
   if (!key) throw core::InputError(source, "body '" + body + "' without material", "a material");
-  changed.replace(key->begin, key->end - key->begin, quoted(copy));
+  changed.replace(key->begin, key->end - key->begin, core::toml_text(copy));
   section = find(changed, "material", material, all);
   const std::size_t from = all[section.first - 1].line;
   const std::size_t last = std::min(line_end(changed, all[section.last - 1].end) + 1, changed.size());
   std::string added = changed.substr(from, last - from);
   const Statement* id = find_key(all, section, "id");
-  added.replace(id->begin - from, id->end - id->begin, quoted(copy));
+  added.replace(id->begin - from, id->end - id->begin, core::toml_text(copy));
   return changed.insert(last, (changed[last - 1] == '\n' ? "" : "\n") + added);
 }
 
@@ -257,7 +248,7 @@ MovableText movable_text(const std::string& text, const mesh::Machine& machine) 
     // Its buffers lie beside it under names of their own.
     const bool has_buffers = file.extension() == ".gltf";
     const std::filesystem::path copy = has_buffers ? file : std::filesystem::path("cad") / name_of(file);
-    movable.text.replace(key->begin, key->end - key->begin, quoted(copy.generic_string()));
+    movable.text.replace(key->begin, key->end - key->begin, core::toml_text(copy.generic_string()));
     if (!has_buffers &&
         std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end())
       movable.files.emplace_back(file, copy);

@@ -2,13 +2,13 @@
 #include "metrology/plan/sphere.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <cmath>
 #include <map>
 
 #include "core/error.h"
+#include "core/minimum_norm.h"
 #include "solver/elastic/outputs.h"
 #include "solver/elastic/tcp.h"
 
@@ -49,7 +49,7 @@ Pose pose_on_sphere(const mesh::Machine& machine, const Pose& rotary, const Vect
     moved[linear[k]] += 0.1;
     ways.col(k) = (apart(moved) - start) / 0.1;  // exact: linear axes move in a straight line
   }
-  const Eigen::VectorXd by = ways.completeOrthogonalDecomposition().solve(Eigen::VectorXd(-start));
+  const Eigen::VectorXd by = core::minimum_norm_solution(ways, -start);
   for (Index k = 0; k < ways.cols(); ++k) pose[linear[k]] += by[k];
   if (const double left = apart(pose).norm(); left > 1e-9) {
     throw InputError(place, fmt::format("the linear axes leave the tool {:.4g} mm from the sphere", 1e3 * left),

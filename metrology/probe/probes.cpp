@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/probe/probes.h"
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "core/dense_algebra.h"
 #include "core/error.h"
+#include "core/minimum_norm.h"
 #include "core/units.h"
 
 namespace thermotwin::metrology {
@@ -101,7 +101,7 @@ Calibration Calibration::fit(const core::Table& table, double contact_radius) {
   // The contact's share depends on the directions, which follow from the readings without it.
   MatrixXd linear = readings;
   for (int round = 0; round < most_rounds; ++round) {
-    result.directions_ = centred(moved).completeOrthogonalDecomposition().solve(centred(linear)).eval();
+    result.directions_ = core::minimum_norm_solution(centred(moved), centred(linear));
     require_spatial(result.directions_, table.source);
     if (contact_radius <= 0.0) break;
     MatrixXd next = readings;
@@ -114,7 +114,7 @@ Calibration Calibration::fit(const core::Table& table, double contact_radius) {
     if (change < 1e-13) break;
   }
   if (!has_zero) result.zero_ = (linear.colwise().mean() - moved.colwise().mean() * result.directions_).transpose();
-  result.transform_ = centred(linear).completeOrthogonalDecomposition().solve(centred(moved)).eval();
+  result.transform_ = core::minimum_norm_solution(centred(linear), centred(moved));
   result.residual_rms_ = std::sqrt((centred(linear) * result.transform_ - centred(moved)).squaredNorm() /
                                    static_cast<double>(moved.size()));
   return result;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/minimum_norm.h"
 #include "solver/elastic/assembly.h"
 #include "solver/elastic/springs.h"
 #include "solver/elastic/system.h"
@@ -73,7 +74,7 @@ Functional thinned(const mesh::TetMesh& body, const Functional& functional) {
   }
   // A flat surface says nothing across itself: the least solution.
   const Eigen::Matrix<double, 4, 3> factors =
-      Eigen::MatrixXd(gram).completeOrthogonalDecomposition().solve(Eigen::MatrixXd(moments.transpose()));
+      core::minimum_norm_solution(Eigen::MatrixXd(gram), Eigen::MatrixXd(moments.transpose()));
   Functional thin;
   for (const Index node : kept) {
     const Vector3d weight = factors.transpose() * linear(node);

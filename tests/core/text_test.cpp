@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/config.h"
+
 namespace thermotwin::core {
 namespace {
 
@@ -79,6 +81,13 @@ TEST(Text, TrimmedLosesBlanksAtBothEndsOnly) {
   EXPECT_EQ(trimmed("a"), "a");
   EXPECT_EQ(trimmed(" \t\r\n"), "");
   EXPECT_EQ(trimmed(""), "");
+}
+
+TEST(Text, AStringOfTomlReadsBackAsItIs) {
+  for (const char* text : {"plain", "a \"quote\"", "back\\slash", "tab\tand\nline", "\x7F \x01", "µm °C", ""}) {
+    const Config config = Config::parse("key = " + toml_text(text) + "\n", "test");
+    EXPECT_EQ(config.root().text("key"), text);
+  }
 }
 
 TEST(XmlText, IsHarmless) {
