@@ -249,10 +249,11 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
                                ? fmt::format(" from {:.10g} to {:.10g} s ({:.3g} h)", done.first_s, done.last_s,
                                              (done.last_s - done.first_s) / core::units::hour)
                                : "";
-  const std::string text = fmt::format(
-      "compensate: {} rows{} in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}{}", done.rows, span,
-      seconds, rate, done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", order,
-      memory, statuses, probed.sentence());
+  const std::string text =
+      fmt::format("{}: {} rows{} in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}{}",
+                  options.announce ? "serve: this model process" : "compensate", done.rows, span, seconds, rate,
+                  done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", order,
+                  memory, statuses, probed.sentence());
   if (options.out == "-") {
     core::log_line(text);
     return;
@@ -270,7 +271,25 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
+/// What is written would otherwise replace what is read.
+void require_other_files(const CompensateOptions& options) {
+  namespace fs = std::filesystem;
+  const std::pair<const char*, fs::path> written[] = {
+      {"--out", options.out},         {"--state", options.state},     {"--lines", options.lines},
+      {"--learned", options.learned}, {"--explain", options.explain}, {"--axis-errors", options.axis_errors}};
+  for (const auto& [option, file] : written) {
+    for (const auto& [read, what] : {std::pair{fs::path(options.in), "rows"}, {fs::path(options.model), "model"}}) {
+      std::error_code none;
+      if (!file.empty() && fs::is_regular_file(file, none) && fs::equivalent(file, read, none)) {
+        throw core::InputError(fmt::format("{} {}", option, file.string()),
+                               fmt::format("the file of the {} itself", what), "another file, or one that is new");
+      }
+    }
+  }
+}
+
 void run_rows(const CompensateOptions& options) {
+  require_other_files(options);
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");

@@ -12,9 +12,6 @@
 
 namespace thermotwin::compensation {
 
-/// Longest line of a stream, with room for thousands of columns.
-inline constexpr std::size_t longest_line = 1U << 18U;
-
 struct StreamSummary {
   long rows = 0;        ///< written
   long unreadable = 0;  ///< rows that were unreadable, or had an unreadable or impossible cell
@@ -37,6 +34,7 @@ struct StreamSummary {
 /// and on stderr. A row without a readable time, or with another number of cells, repeats the answer of the row before.
 /// @param after_row  is called after each row that could be read, with its answer; empty: nothing is
 /// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
+///   (row_reader.h)
 StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine, std::istream& in,
                                 const std::string& in_name, std::ostream& out, const StreamOptions& options = {},
                                 const std::function<void(const Offsets&)>& after_row = {});

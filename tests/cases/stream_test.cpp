@@ -41,6 +41,26 @@ TEST(Stream, AnswersEachRowBeforeTheNext) {
   EXPECT_EQ(result.err, "");
 }
 
+TEST(Stream, WritesOverNothingThatItReads) {
+  const Toy toy;
+  const std::string rows = header + "0,6000,10,20\n60,6000,10,20\n";
+  toy.write("rows.csv", rows);
+  for (const char* option : {"--out", "--state", "--lines", "--learned"}) {
+    std::vector<std::string> words{"compensate",         toy_model(), "--in",
+                                   toy.file("rows.csv"), option,      toy.file("sub/../rows.csv")};
+    std::filesystem::create_directory(toy.file("sub"));
+    const Result result = thermotwin(words);
+    EXPECT_EQ(result.status, 3) << option << result.err;
+    EXPECT_SAYS(result.err, std::string(option) + " ");
+    EXPECT_SAYS(result.err, "the file of the rows itself");
+    EXPECT_EQ(read(toy.file("rows.csv")), rows) << option;
+  }
+  std::filesystem::copy(toy_model(), toy.file("own.rom.h5"));
+  const Result model = thermotwin({"compensate", toy.file("own.rom.h5"), "--out", toy.file("own.rom.h5")}, rows);
+  EXPECT_EQ(model.status, 3);
+  EXPECT_SAYS(model.err, "the file of the model itself");
+}
+
 TEST(Stream, PipesAndFilesGiveTheSameBytes) {
   const Toy toy;
   const Result piped = thermotwin({"compensate", toy_model(), "--in", "-", "--out", "-"}, read(inputs()));

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The rows of a control as lines of CSV, one at a time. Buffers are reused from row to row.
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <iosfwd>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compensation/online/compensator.h"
+#include "compensation/online/input_limits.h"
+#include "core/missing.h"
+
+namespace thermotwin::compensation {
+
+/// Longest line of a stream, with room for thousands of columns.
+inline constexpr std::size_t longest_line = 1U << 18U;
+
+class RowReader {
+public:
+  /// Reads the header. The stream, the options and their functions have to outlive the reader.
+  /// @throws InputError (no header, an unknown column, another machine's rows)
+  RowReader(std::istream& in, const std::string& name, const StreamOptions& options, const solver::Channels& channels,
+            const mesh::Machine& machine);
+
+  /// @return whether there was another row
+  /// @throws InputError (a time that does not rise or leaps, a line too long)
+  bool next();
+
+  /// Whether the row has a time and as many cells as the header.
+  bool readable() const { return readable_; }
+  /// Cells that could not be read or that the machine cannot have, "air.T_C=unreadable
+  /// spindle.speed_rpm=beyond_12000"; their values are missing.
+  const std::string& unreadable() const { return unreadable_; }
+  /// Whether one of these is not a sensor's.
+  bool input_unreadable() const { return input_unreadable_; }
+  /// Channels with a default that have no column.
+  const std::vector<Eigen::Index>& absent() const { return absent_; }
+  /// File and line of the row, for messages.
+  std::string place() const;
+  bool names_machine() const { return names_machine_; }
+
+  double time() const { return time_; }
+  const Eigen::VectorXd& row() const { return row_; }
+  const Eigen::VectorXd& sensors() const { return sensors_; }
+  /// Probed TCP error of the row, um, NaN where blank.
+  const Eigen::Vector3d& probed() const { return probed_; }
+
+private:
+  /// Where a column's numbers go.
+  struct Column {
+    enum class Target { time, channel, sensor, probe } target;
+    Eigen::Index index;
+    std::string name;
+    bool state = false;  ///< off, on or a share of the time between
+    InputLimits limits = {};
+
+    /// NaN, a missing value, can.
+    bool can_be(double value) const;
+  };
+  bool next_line();
+
+  /// Cells to where their columns go. @return whether there were as many as columns
+  bool read_cells();
+
+  [[noreturn]] void fail(long line, const std::string& found, const std::string& allowed) const;
+
+  /// An error where that is wanted, else a line on stderr for the first few.
+  void note(const std::string& place, const std::string& found, const std::string& allowed);
+
+  void note_cell_count();
+
+  /// @param text  of a line "# machine NAME HASH" without its sign; other remarks say nothing
+  void compare_machine(std::string_view text, const mesh::Machine& machine);
+
+  void read_header(std::string_view header, const solver::Channels& channels, const mesh::Machine& machine);
+
+  /// Inputs that the rows will never tell stay at their defaults, as if the machine stood still.
+  void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels);
+
+  double number(std::string_view cell, const Column& column);
+
+  /// Says that the number cannot be. @return the word for it in the status
+  std::string refuse(double value, const Column& column);
+
+  void leave_out(const Column& column, const std::string& why);
+
+  static constexpr long most_noted = 10;
+
+  std::istream& in_;
+  std::string name_, line_;
+  const StreamOptions& options_;
+  std::vector<char> buffer_;
+  long number_ = 0, blank_line_ = 0, noted_ = 0;
+  bool any_row_ = false, readable_ = true, time_blank_ = false, input_unreadable_ = false, names_machine_ = false;
+  std::string unreadable_;
+  std::vector<Column> columns_;
+  std::vector<Eigen::Index> absent_;
+  Eigen::VectorXd row_, sensors_;
+  Eigen::Vector3d probed_ = Eigen::Vector3d::Constant(core::missing);
+  double time_ = core::missing, last_time_ = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace thermotwin::compensation
