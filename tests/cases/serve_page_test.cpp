@@ -249,10 +249,30 @@ TEST_F(ServedPage, ShowsTheMachineInABrowser) {
   const Page page = looking.get();
   expect_quiet(page);
   EXPECT_EQ(page.attribute("data-time"), "18061.5") << "the newest moment has come";
+  EXPECT_EQ(page.attribute("data-old"), "false");
   EXPECT_NE(page.document.find("T4 kelvin"), std::string::npos);
   EXPECT_NE(page.document.find("follows the model"), std::string::npos);
   EXPECT_NE(page.document.find("served-x\">\xE2\x88\x92"), std::string::npos) << "an offset with its sign";
   EXPECT_GE(std::atoi(page.attribute_of("machine", "data-drawn").c_str()), 2) << "the field of the moment is drawn";
+}
+
+// The newest row may be hours old when somebody opens the page.
+TEST_F(ServedPage, SaysHowOldItsValuesAre) {
+  go_on_to(18060);
+  moment_at(port_, 18061);
+  program_.write("18062,nan,10,20.5,nan,nan,nan,nan\n");
+  program_.read_line();
+  const nlohmann::json day = json_of(fetched(port_, "/history"));
+  ASSERT_EQ(day["sensors"].size(), 4U) << "as last known";
+  EXPECT_EQ(day["sensors"][3]["id"], "T4");
+  if (browser().empty()) GTEST_SKIP() << "no chromium";
+  std::this_thread::sleep_for(std::chrono::milliseconds(10500));
+  auto looking = std::async(std::launch::async, followed, fmt::format("http://127.0.0.1:{}/", port_), file("browser"));
+  for (int i = 0; i < 1000 && fetched(port_, "/now").find("Readers: 1") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(program_.wait().status, 0);
+  EXPECT_EQ(looking.get().attribute("data-old"), "true");
 }
 
 TEST_F(Serve, APortThatIsTakenIsRefusedAtTheStart) {

@@ -219,6 +219,17 @@ TEST_F(Serve, AControlWhoseClockBeganAnewGoesOnFromTheState) {
   EXPECT_SAYS(again.err, "the clock of the rows has gone back to 5 s");
 }
 
+TEST_F(Serve, ARowWithoutATimeHasThatOfTheRowBefore) {
+  std::string untimed = row(0);
+  untimed.erase(0, untimed.find(','));
+  const Result result = thermotwin(arguments(), header + row(1000) + row(1060) + row(500) + untimed + row(560));
+  EXPECT_EQ(result.status, 0) << result.err;
+  const std::vector<Served> answers = all_served(result.out);
+  ASSERT_EQ(answers.size(), 5U);
+  for (const auto& [i, time] : {std::pair{2, 500.0}, {3, 500.0}, {4, 560.0}}) EXPECT_EQ(answers[i].time, time) << i;
+  EXPECT_SAYS(answers[3].status, "time_s=missing");
+}
+
 TEST_F(Serve, RefusesTheStateOfAnotherModel) {
   ASSERT_EQ(thermotwin(arguments({"--order", "5"}), header + row(0)).status, 0);
   const std::string other = read(state());
@@ -260,7 +271,9 @@ TEST_F(Serve, AClockThatLeapsEndsNothing) {
     EXPECT_EQ(answer.time, clock(i)) << "as the row states it";
     const std::string leap = i == 21 ? "clock=back" : i == 26 ? "clock=ahead" : "";
     EXPECT_EQ(answer.status.find("clock="), leap.empty() ? std::string::npos : answer.status.find(leap)) << i;
-    if (i > 10) EXPECT_NEAR(answer.offset[2], answers[static_cast<std::size_t>(i) - 1].offset[2], 3.0);
+    if (i > 10) {
+      EXPECT_NEAR(answer.offset[2], answers[static_cast<std::size_t>(i) - 1].offset[2], 3.0);
+    }
   }
   EXPECT_EQ(result.err.find("started again"), std::string::npos) << "the model sees a time that rises";
 }

@@ -117,7 +117,10 @@ public:
     }
     if (keep(moment, time)) on_disk_.append(time, line);
     feed_.now = line;
-    feed_.history = [this] { return "{\"points\":" + points_.list() + ",\"fields\":" + fields_.list() + "}"; };
+    if (moment.contains("sensors")) sensors_ = moment["sensors"].dump();
+    feed_.history = [this] {
+      return "{\"points\":" + points_.list() + ",\"fields\":" + fields_.list() + ",\"sensors\":" + sensors_ + "}";
+    };
     ++feed_.version;
     feed_.changed.notify_all();
   }
@@ -140,6 +143,7 @@ private:
   PageFeed& feed_;
   DayFile on_disk_;
   bool is_first_ = true;
+  std::string sensors_ = "[]";  ///< JSON of the newest moment that has them
   Day points_{point_s}, fields_{field_s};
 };
 

@@ -66,7 +66,33 @@ inline const char* const served_page_script = R"JS(
   const words = { following: "follows the model", limited: "limits the offsets", holding: "holds the last offsets",
     returning: "returns to zero" };
   function cell(row, text) { row.insertCell().textContent = text; }
+  // A page that is opened late shows old values: it says so.
+  let newest = 0, between = 0;
+  function age(s) { return s < 120 ? number(s, 0) + " s" : s < 7200 ? number(s / 60, 0) + " min" :
+    number(s / 3600, 0) + " h"; }
+  function tellAge() {
+    if (!newest || document.body.dataset.link !== "up") return;
+    const s = Date.now() / 1000 - newest, old = s > Math.max(10, 3 * between);
+    $("served-link").textContent = old ? "no rows for " + age(s) + "; values are old" : "live";
+    $("served-link").className = $("served-time").className = old ? "warned" : "";
+    document.body.dataset.old = old;
+  }
+  setInterval(tellAge, 1000);
+  function showSensors(list) {
+    const table = $("served-sensors");
+    while (table.rows.length > 1) table.deleteRow(1);
+    for (const s of list) {
+      const row = table.insertRow();
+      cell(row, s.id); cell(row, number(s.reading_C, 2)); cell(row, number(s.predicted_C, 2));
+      cell(row, s.reading_C === null || s.predicted_C === null ? "\u2013" : number(s.reading_C - s.predicted_C, 2));
+      cell(row, s.fault || (s.reading_C === null ? "no reading" : "used"));
+      if (s.fault) row.className = "warned";
+    }
+    const failed = list.filter(s => s.fault).map(s => s.id + " " + s.fault);
+    $("served-failed").textContent = failed.length ? "Left out: " + failed.join(", ") : "No sensor is left out.";
+  }
   function show(m) {
+    if (m.unix_s) { between = newest ? m.unix_s - newest : 0; newest = m.unix_s; }
     $("served-status").textContent = m.status; $("served-status").className = m.status === "ok" ? "" : "warned";
     $("served-guard").textContent = words[m.guard] || m.guard;
     $("served-model").textContent = (m.model_is_up ? "runs" : "is started again") + ", restarts " + m.restarts;
@@ -75,30 +101,20 @@ inline const char* const served_page_script = R"JS(
       number(m.offset_um[axis], 2) + " \u00b1 " + number(m.std_um[axis], 2) + " \u00b5m"; });
     if (m.axes) keep(points, { t: m.time_s, o: m.axes.map(a => m.offset_um[a]), s: m.axes.map(a => m.std_um[a]) }, 60);
     if (m.errors_um) { keep(fields, { t: m.time_s, errors_um: m.errors_um, modes: m.modes }, 300); drawFields(); }
-    if (m.sensors) {
-      const table = $("served-sensors");
-      while (table.rows.length > 1) table.deleteRow(1);
-      for (const s of m.sensors) {
-        const row = table.insertRow();
-        cell(row, s.id); cell(row, number(s.reading_C, 2)); cell(row, number(s.predicted_C, 2));
-        cell(row, s.reading_C === null || s.predicted_C === null ? "\u2013" : number(s.reading_C - s.predicted_C, 2));
-        cell(row, s.fault || (s.reading_C === null ? "no reading" : "used"));
-        if (s.fault) row.className = "warned";
-      }
-      const failed = m.sensors.filter(s => s.fault).map(s => s.id + " " + s.fault);
-      $("served-failed").textContent = failed.length ? "Left out: " + failed.join(", ") : "No sensor is left out.";
-    }
+    if (m.sensors) showSensors(m.sensors);
     drawOffsets();
     document.body.dataset.time = m.time_s;
     document.body.dataset.moments = Number(document.body.dataset.moments || 0) + 1;
   }
   window.addEventListener("resize", drawOffsets);
   fetch("/history").then(r => r.json()).then(h => {
-      points = h.points; fields = h.fields; drawOffsets(); drawFields(); })
+      points = h.points; fields = h.fields; drawOffsets(); drawFields();
+      if (h.sensors && h.sensors.length) showSensors(h.sensors); })
     .catch(() => {}).finally(() => {
       const events = new EventSource("/events");
-      events.onmessage = e => { $("served-link").textContent = "live"; show(JSON.parse(e.data)); };
-      events.onerror = () => { $("served-link").textContent = "no connection to serve; values are old"; };
+      events.onmessage = e => { document.body.dataset.link = "up"; show(JSON.parse(e.data)); tellAge(); };
+      events.onerror = () => { document.body.dataset.link = "down";
+        $("served-link").textContent = "no connection to serve; values are old"; };
     });
 })();
 )JS";

@@ -68,6 +68,7 @@ static void start(process_link* link, double now) {
   }
   link->begun_at = link->answered_at = now;
   link->unanswered = 0;
+  link->is_killed = 0;
   ++link->starts;
 }
 
@@ -76,7 +77,8 @@ void process_link_tend(process_link* link, double now) {
   if (link->process > 0) {
     const double patience = link->answered_at > link->begun_at ? link->hang_s : start_s;
     if (link->unanswered > 0 && now - link->waiting_since > patience) {
-      fprintf(stderr, "%s: the model no longer answers and is ended\n", link->owner);
+      if (!link->is_killed) fprintf(stderr, "%s: the model no longer answers and is ended\n", link->owner);
+      link->is_killed = 1;
       kill(link->process, SIGKILL);
     }
     if (waitpid(link->process, &how, WNOHANG) != link->process) return;

@@ -20,6 +20,7 @@ typedef struct process_link {
   double answered_at, waiting_since;      /* of the last answer; of the first row without one, or the last answer */
   double hang_s;                          /* one that has not answered for so long is ended; 2 at first */
   int unanswered;                         /* rows sent without an answer */
+  int is_killed;                          /* for not answering; its end has not been seen yet */
   unsigned starts;
   int last_status; /* with which the last one exited; -1: a signal ended it, or none has ended */
 } process_link;

@@ -62,7 +62,13 @@ TEST_F(ProcessLink, OneThatHangsIsEndedAndStartedAgain) {
   ::kill(link_.process, SIGSTOP);
   EXPECT_EQ(process_link_send(&link_, "dead\n", 5, 101.0), 1);
   EXPECT_FALSE(is_replaced(102.0 - 0.5)) << "less than two seconds";
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 5; ++i) process_link_tend(&link_, 103.4);
   EXPECT_TRUE(is_replaced(103.5));
+  const std::string said = testing::internal::GetCapturedStderr();
+  const std::size_t first = said.find("no longer answers");
+  ASSERT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("no longer answers", first + 1), std::string::npos) << "once: " << said;
   EXPECT_EQ(row("three\n", 106.0), "three\n");
 }
 

@@ -86,8 +86,10 @@ const nlohmann::json& Answers::give(const ServedRow& row, nlohmann::json answer,
     applied_um_ = guard_->step(row.time, wanted_um, motion_um);
     time_ = row.time;
   }
-  if (std::isfinite(row.stated_s))
-    answer["time_s"] = row.stated_s;
+  if (std::isfinite(row.stated_s)) stated_s_ = row.stated_s;
+  // A row without a time repeats that of the row before, as the rows state it.
+  if (std::isfinite(stated_s_))
+    answer["time_s"] = stated_s_;
   else if (!answer.contains("time_s"))
     answer["time_s"] = time_;
   answer["guard"] = text_of(guard_ ? guard_->state() : compensation::GuardState::holding);

@@ -45,6 +45,7 @@ private:
   std::optional<compensation::OffsetGuard> guard_;
   bool has_new_limits_ = false;
   double time_ = -std::numeric_limits<double>::infinity();
+  double stated_s_ = std::numeric_limits<double>::quiet_NaN();  ///< time of the last row that has one, as it states it
   Eigen::VectorXd applied_um_;
   nlohmann::json last_;
 };

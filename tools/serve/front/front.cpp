@@ -39,7 +39,8 @@ constexpr double patience_gone_s = 0.1;  ///< ... or for so long while the model
 constexpr double recorded_s = 10.0;      ///< ... or for so long where no machine waits for it
 constexpr double hang_s = 2.0;           ///< a model process that takes longer is ended
 constexpr double in_use_s = 5.0;         ///< a process of the front before may still save its state
-constexpr double same_warning_s = 60.0;
+constexpr double same_warning_s = 60.0;  ///< over so long at most ...
+constexpr int most_warnings = 10;        ///< ... so many lines of a kind are written
 
 /// One `serve` a state. The lock ends with the process.
 class StateLock {
@@ -130,9 +131,9 @@ private:
   bool wants_rows() const { return has_announced_ && !new_is_ready_ && model_->has_room(); }
 
   void warn(const std::string& kind, const std::string& text) {
-    const auto last = warned_.find(kind);
-    if (last != warned_.end() && now_ - last->second < same_warning_s) return;
-    warned_[kind] = now_;
+    Warned& before = warned_[kind];
+    if (now_ - before.since >= same_warning_s) before = {now_, 0};
+    if (++before.count > most_warnings) return;
     core::warn("serve: " + text);
   }
 
@@ -324,7 +325,11 @@ private:
   RowClock clock_;
   std::vector<std::string> axes_;
   std::string header_, notes_;  ///< notes_: words for the status of the next row
-  std::map<std::string, double> warned_;
+  struct Warned {
+    double since = -same_warning_s;  ///< first of the lines that count
+    int count = 0;
+  };
+  std::map<std::string, Warned> warned_;
   double begun_at_ = 0, now_ = 0;
   unsigned restarts_ = 0;        ///< of models before
   bool new_is_ready_ = false;    ///< it replaces the model once that has answered its rows

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -106,6 +107,7 @@ void PageLink::show(nlohmann::json moment, double time, double now) {
   const bool is_kept = is_whole && (day_.empty() || time - day_.back().first >= kept_every_s);
   if (!is_kept && now - shown_at_ < shown_every_s) return;
   moment["run_s"] = time;
+  moment["unix_s"] = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   const std::string line = moment.dump() + "\n";
   if (is_kept) {
     day_.emplace_back(time, line);
