@@ -24,6 +24,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::size_t most_inputs = 200, most_quantities = 50;
+/// Least degrees of freedom of a half width: w (1 +- sqrt(1.5 / 1.5)) reaches 0.
+constexpr double inexact_limits = 1.5;
 constexpr double most_values = 1e8;  ///< draws times measurands
 
 struct Word {
@@ -81,6 +83,13 @@ BudgetInput read_input(const Node& node, VectorXd& readings) {
   } else {
     input.value = node.number_or("value", 0.0);
     input.std = node.has("std") ? node.number("std") : node.number("half_width") / row.divisor;
+    if (node.has("degrees_of_freedom")) {
+      input.degrees_of_freedom = node.number("degrees_of_freedom");
+      // Fewer would let the half width be negative in some draws.
+      if (input.degrees_of_freedom < inexact_limits)
+        throw InputError(node.place("degrees_of_freedom"), fmt::format("{:g}", input.degrees_of_freedom),
+                         fmt::format("{:g} or more of a distribution with limits", inexact_limits));
+    }
   }
   node.finish();
   return input;

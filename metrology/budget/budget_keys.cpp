@@ -22,7 +22,9 @@ const KeyTable input_table{
         key::text("unit", "", "Its unit, for the tables."),
         key::text("says", "", "Its meaning, for the tables."),
         key::word("distribution", {"normal", "rectangular", "triangular", "arcsine"}, "normal",
-                  "Its distribution; with finite degrees of freedom a normal one becomes a scaled t distribution."),
+                  "Its distribution; with finite degrees of freedom a normal one becomes a scaled t distribution, and "
+                  "the limits of the "
+                  "others are known inexactly."),
         key::number("value", "its unit", any_number, Absent{"0; of readings their mean"}, "Its estimate."),
         key::number("std", "its unit", non_negative, Absent{"half_width or readings"},
                     "Its standard uncertainty; the only choice of a normal distribution without readings."),
@@ -31,7 +33,9 @@ const KeyTable input_table{
         key::numbers(
             "readings", "its unit", any_number, Absent{"std or half_width"},
             "Repeated readings: their mean, its standard deviation, one degree of freedom fewer than readings."),
-        key::number("degrees_of_freedom", "1", Range{1.0, 1e300}, Absent{"without limit"}, "Of a stated std."),
+        key::number("degrees_of_freedom", "1", Range{1.0, 1e300}, Absent{"without limit"},
+                    "Of a stated std or half_width; of a half_width 1.5 or more: its draws are then rectangular with "
+                    "the relative standard uncertainty 1 / sqrt(2 degrees of freedom)."),
     }};
 
 const KeyTable correlation_table{

@@ -108,11 +108,18 @@ private:
       if (mean_square == 0.0) mean_square = random.mean_square(input.degrees_of_freedom);
       return score / std::sqrt(mean_square);
     }
-    const double share = 0.5 * std::erfc(-score * std::numbers::sqrt2 / 2.0);
-    if (input.distribution == Distribution::rectangular) return std::sqrt(3.0) * (2.0 * share - 1.0);
+    const double share = 0.5 * std::erfc(-score * std::numbers::sqrt2 / 2.0), width = half_width(input, random);
+    if (input.distribution == Distribution::rectangular) return width * std::sqrt(3.0) * (2.0 * share - 1.0);
     if (input.distribution == Distribution::arcsine)
-      return std::numbers::sqrt2 * std::sin(std::numbers::pi * (share - 0.5));
-    return std::sqrt(6.0) * (share < 0.5 ? std::sqrt(2.0 * share) - 1.0 : 1.0 - std::sqrt(2.0 * (1.0 - share)));
+      return width * std::numbers::sqrt2 * std::sin(std::numbers::pi * (share - 0.5));
+    return width * std::sqrt(6.0) * (share < 0.5 ? std::sqrt(2.0 * share) - 1.0 : 1.0 - std::sqrt(2.0 * (1.0 - share)));
+  }
+
+  /// Limits that are known inexactly (JCGM 101, 6.4.3): the half width in units of the stated one, rectangular, with
+  /// the relative standard uncertainty 1 / sqrt(2 nu) that its degrees of freedom stand for (GUM, G.4.2).
+  static double half_width(const BudgetInput& input, Normal& random) {
+    if (std::isinf(input.degrees_of_freedom)) return 1.0;
+    return 1.0 + std::sqrt(1.5 / input.degrees_of_freedom) * (2.0 * random.flat() - 1.0);
   }
 
   const Budget& budget_;

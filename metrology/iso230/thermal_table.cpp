@@ -25,7 +25,7 @@ const MeasuredChannel& temperature_named(const Measurement& measurement, const s
   std::vector<std::string> known;
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind != ChannelKind::temperature) continue;
-    if (channel.id == id) return channel;
+    if (channel.id == id || channel.id == id + ".T_C" || channel.input == id + ".T_C") return channel;
     known.push_back(channel.id);
   }
   throw InputError(measurement.folder.string(), "temperature channel '" + id + "'",

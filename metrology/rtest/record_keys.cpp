@@ -35,7 +35,7 @@ const KeyTable record_file{
         key::text("chain", required, "Kinematic chain after ISO 10791-1, such as V [w C' B' b Y X Z (C1) t]."),
         key::tables("axis", axis_table, Absent{"points on the axes at the origin"},
                     "One for each rotary axis off the origin."),
-        key::texts("errors", Absent{"those of the rotary axes that move"},
+        key::texts("errors", Absent{"the least set of the rotary axes that move"},
                    "Location errors to be estimated, such as X0C, Z0T, R0T."),
         key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),
         key::number("std_um", "um", positive, required, "Standard uncertainty of one coordinate of a point."),

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -29,6 +30,13 @@ using nlohmann::json;
 using Rows = std::vector<std::vector<std::string>>;
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
+
+/// A value with the digits that its uncertainty gives a meaning: two beyond the first of u, six at least.
+std::string beside(double value, double std) {
+  const bool counts = value != 0.0 && std > 0.0 && std::isfinite(value) && std::isfinite(std);
+  const double digits = counts ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(std)) + 3.0 : 6.0;
+  return fmt::format("{:.{}g}", value, std::lround(std::clamp(digits, 6.0, 17.0)));
+}
 
 std::string verdict(const Comparison& compared) {
   switch (compared.agreement) {
@@ -97,8 +105,8 @@ std::string contributions_text(const Budget& budget, const GumResult& linear) {
     for (Index k = 0; k < linear.contribution.cols(); ++k) {
       const metrology::BudgetInput& input = budget.inputs[k];
       if (linear.contribution(i, k) == 0.0 && linear.sensitivity(i, k) == 0.0) continue;
-      rows.push_back({input.name, input.unit, number(input.value), number(input.std), budget.quantities[i].name,
-                      number(linear.sensitivity(i, k)), number(linear.contribution(i, k))});
+      rows.push_back({input.name, input.unit, beside(input.value, input.std), number(input.std),
+                      budget.quantities[i].name, number(linear.sensitivity(i, k)), number(linear.contribution(i, k))});
     }
   }
   return core::format_table(rows);
@@ -108,13 +116,13 @@ std::string results_text(const Budget& budget, const GumResult& linear, const Mo
   Rows rows{{"measurand", "unit", "method", "value", "u", "dof", "k", "U", "low", "high"}};
   for (Index i = 0; i < linear.value.size(); ++i) {
     const metrology::BudgetQuantity& quantity = budget.quantities[i];
-    rows.push_back({quantity.name, quantity.unit, "GUM", fmt::format("{:.6g}", linear.value[i]), number(linear.std[i]),
+    rows.push_back({quantity.name, quantity.unit, "GUM", beside(linear.value[i], linear.std[i]), number(linear.std[i]),
                     number(linear.degrees_of_freedom[i]), number(linear.factor[i]), number(linear.expanded[i]),
-                    fmt::format("{:.6g}", linear.value[i] - linear.expanded[i]),
-                    fmt::format("{:.6g}", linear.value[i] + linear.expanded[i])});
-    rows.push_back({quantity.name, quantity.unit, "draws", fmt::format("{:.6g}", drawn.mean[i]), number(drawn.std[i]),
-                    "", "", "", fmt::format("{:.6g}", drawn.symmetric[i].low),
-                    fmt::format("{:.6g}", drawn.symmetric[i].high)});
+                    beside(linear.value[i] - linear.expanded[i], linear.std[i]),
+                    beside(linear.value[i] + linear.expanded[i], linear.std[i])});
+    rows.push_back({quantity.name, quantity.unit, "draws", beside(drawn.mean[i], drawn.std[i]), number(drawn.std[i]),
+                    "", "", "", beside(drawn.symmetric[i].low, drawn.std[i]),
+                    beside(drawn.symmetric[i].high, drawn.std[i])});
   }
   return core::format_table(rows);
 }

@@ -58,6 +58,24 @@ TEST(Gum, RTestDeviceOfTableA1) {
   for (int i = 0; i < 9; ++i) EXPECT_NEAR(found.contribution(0, i), printed[i], 1e-9) << i;
 }
 
+// JCGM 100, H.1: 50.000838 mm, u 32 nm, 16 degrees of freedom, U99 93 nm with the truncated degrees.
+TEST(Gum, EndGaugeWithHalfWidthsOfFewDegreesOfFreedom) {
+  const GumResult found = gum(Budget::parse(R"toml(schema = 1
+coverage = {probability = 0.99}
+input = [{name = "ls", unit = "nm", value = 50000623, std = 25, degrees_of_freedom = 18},
+         {name = "d", unit = "nm", value = 215, std = 9.7, degrees_of_freedom = 25.6},
+         {name = "alpha", unit = "1/K", value = 11.5e-6, distribution = "rectangular", half_width = 2e-6},
+         {name = "theta", unit = "K", value = -0.1, std = 0.41},
+         {name = "da", unit = "1/K", distribution = "rectangular", half_width = 1e-6, degrees_of_freedom = 50},
+         {name = "dt", unit = "K", distribution = "rectangular", half_width = 0.05, degrees_of_freedom = 2}]
+quantity = [{name = "l", unit = "nm", formula = "ls + d - ls * (da * theta + alpha * dt)"}])toml",
+                                            "end_gauge.toml"));
+  EXPECT_NEAR(found.value[0], 50000838.0, 0.5);
+  EXPECT_NEAR(found.std[0], 32.0, 0.5);
+  EXPECT_NEAR(found.degrees_of_freedom[0], 16.7, 0.1);
+  EXPECT_NEAR(found.expanded[0], 92.0, 0.5);
+}
+
 // JCGM 100, G.4.1: u1 = 0.25 with 9, u2 = 0.57 with 4 and u3 = 0.82 with 14 degrees of freedom have 19.0 together.
 TEST(Gum, EffectiveDegreesOfFreedomByWelchAndSatterthwaite) {
   const Budget budget = Budget::parse(R"toml(schema = 1

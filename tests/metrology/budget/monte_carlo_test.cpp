@@ -93,6 +93,22 @@ quantity = [{name = "R", formula = "r"}, {name = "T", formula = "t"}, {name = "A
   EXPECT_LT(drawn.shortest[5].high - drawn.shortest[5].low, 0.99 * (drawn.symmetric[5].high - drawn.symmetric[5].low));
 }
 
+// JCGM 101, 6.4.3.3: limits known within d widen a rectangle of half width w to the variance w^2 / 3 + d^2 / 9.
+TEST(MonteCarlo, LimitsThatAreKnownInexactlyWidenTheDraws) {
+  for (const double degrees : {2.0, 50.0}) {
+    const Budget budget = Budget::parse(
+        "schema = 1\ninput = [{name = \"x\", distribution = \"rectangular\", half_width = 3, degrees_of_freedom = " +
+            std::to_string(degrees) + "}]\nquantity = [{name = \"y\", formula = \"x\"}]",
+        "b.toml");
+    const double d = 3.0 * std::sqrt(1.5 / degrees), expected = std::sqrt(3.0 + d * d / 9.0);
+    EXPECT_NEAR(monte_carlo(budget).std[0], expected, 0.002 * expected) << degrees;
+  }
+  EXPECT_THROW(Budget::parse("schema = 1\ninput = [{name = \"x\", distribution = \"arcsine\", half_width = 3, "
+                             "degrees_of_freedom = 1.2}]\nquantity = [{name = \"y\", formula = \"x\"}]",
+                             "b.toml"),
+               core::InputError);
+}
+
 TEST(MonteCarlo, ToleranceIsHalfAUnitOfTheLastDigit) {
   EXPECT_DOUBLE_EQ(numerical_tolerance(0.0347, 2), 0.0005);
   EXPECT_DOUBLE_EQ(numerical_tolerance(0.0347, 1), 0.005);
