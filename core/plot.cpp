@@ -69,7 +69,8 @@ std::vector<Tick> ticks_of(const Axis& axis, int count) {
       ticks.push_back({std::pow(10.0, power), fmt::format("{:g}", std::pow(10.0, power))});
     return ticks;
   }
-  const std::vector<double> values = axis_ticks(axis.low, axis.high, count);
+  std::vector<double> values = axis_ticks(axis.low, axis.high, count);
+  if (axis.whole) std::erase_if(values, [](double value) { return std::abs(value - std::round(value)) > 1e-6; });
   const double step = values.size() > 1 ? values[1] - values[0] : 1.0;
   for (const double value : values) ticks.push_back({value, number_text(value, step), std::abs(value) < 1e-9 * step});
   return ticks;
@@ -84,7 +85,8 @@ std::string class_of(Ink ink) { return colours[static_cast<std::size_t>(ink)].na
 std::string plot_style() {
   return ".plot text{font:11px system-ui,\"Segoe UI\",\"DejaVu Sans\",sans-serif}.plot .title{font-size:15px;"
          "font-weight:600}.plot path{fill:none}.plot .line{stroke:currentColor;stroke-width:1.6;stroke-linejoin:round}"
-         ".plot .key{stroke:currentColor;stroke-width:3}.plot .dashed{stroke-dasharray:6 4}"
+         ".plot .key{stroke:currentColor;stroke-width:3}.plot .alone{stroke:currentColor;stroke-width:4}"
+         ".plot .dashed{stroke-dasharray:6 4}"
          ".plot .area{fill:currentColor}" +
          scheme(false) + "@media (prefers-color-scheme:dark){" + scheme(true) + "}";
 }
@@ -220,14 +222,24 @@ void Panel::band(const VectorXd& at, const VectorXd& low, const VectorXd& high) 
 
 void Panel::line(const VectorXd& at, const VectorXd& values, Ink ink) {
   const Index stride = std::max<Index>(1, at.size() / std::lround(frame_.width));
-  std::string path;
+  std::string path, alone;
   bool pen_up = true;
-  for (Index i = 0; i < at.size(); i += stride) {
-    const bool shown = shows(at[i], values[i]);
-    if (shown) path += fmt::format("{}{:.1f} {:.1f}", pen_up ? "M" : "L", x(at[i]), y(values[i]));
-    pen_up = !shown;
+  const auto first_shown = [&](Index from) {  // of a stretch of values; -1: none
+    for (Index i = from; i < std::min(from + stride, at.size()); ++i)
+      if (shows(at[i], values[i])) return i;
+    return Index{-1};
+  };
+  for (Index from = 0; from < at.size(); from += stride) {
+    const Index i = first_shown(from);
+    if (i >= 0) {
+      const bool next = from + stride < at.size() && first_shown(from + stride) >= 0;
+      path += fmt::format("{}{:.1f} {:.1f}", pen_up ? "M" : "L", x(at[i]), y(values[i]));
+      if (pen_up && !next) alone += fmt::format("M{:.1f} {:.1f}h4", x(at[i]) - 2.0, y(values[i]));  // no line meets it
+    }
+    pen_up = i < 0;
   }
   if (!path.empty()) plot_.add(fmt::format("<path class=\"line {}\" d=\"{}\"/>\n", class_of(ink), path));
+  if (!alone.empty()) plot_.add(fmt::format("<path class=\"alone {}\" d=\"{}\"/>\n", class_of(ink), alone));
 }
 
 void Panel::dots(const VectorXd& at, const VectorXd& values, Ink ink) {

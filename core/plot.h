@@ -32,6 +32,7 @@ struct Axis {
   std::string title;
   bool log = false;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  bool whole = false;  ///< counts: no numbers between whole ones are written
 
   /// Finite, and above 0 on a logarithmic axis.
   bool shows(double value) const;

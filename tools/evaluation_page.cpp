@@ -71,8 +71,12 @@ std::string headline(const compensation::Evaluation& e) {
                               fmt::format("of {} models", e.leaderboard.size())),
               core::html_tile("RMS removed", fmt::format("{:.1f}&#8239;%", best.reduction_percent),
                               fmt::format("by the best model, {} channels", best.channels)),
-              core::html_tile("against static regression", fmt::format("{:.1f}&#8239;%", best.against_static_percent),
-                              "lower RMS, mean over channels"),
+              core::html_tile("against static regression",
+                              std::isfinite(best.against_static_percent)
+                                  ? fmt::format("{:.1f}&#8239;%", best.against_static_percent)
+                                  : "&ndash;",
+                              std::isfinite(best.against_static_percent) ? "lower RMS, mean over channels"
+                                                                         : "it predicts none of these channels"),
               core::html_tile("training", fmt::format("{:.1f} h", e.training_hours), "time with displacements"),
               core::html_tile("inputs", std::to_string(e.inputs), "channels that a control has to know")});
 }

@@ -182,7 +182,7 @@ std::string scene_html(const Scene& scene) {
   std::string legend;
   for (const std::string& words : scene.legend)
     legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
-  if (legend.empty()) legend = "<span>no cause is named, so nothing is marked</span>";
+  if (legend.empty()) legend = "<span>" + core::xml_text(scene.unmarked) + "</span>";
   return "<h2>Where</h2>\n<section class=\"card\"><div class=\"legend\">" + legend +
          "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" "
          "height=\"560\"></canvas></section>\n"

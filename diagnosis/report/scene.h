@@ -28,8 +28,9 @@ struct Scene {
     bool marked = false;
   };
   std::vector<Body> bodies;
-  std::vector<Point> points;        ///< sensors, the tool's point
-  std::vector<std::string> legend;  ///< what is marked, in words
+  std::vector<Point> points;                                         ///< sensors, the tool's point
+  std::vector<std::string> legend;                                   ///< what is marked, in words
+  std::string unmarked = "no cause is named, so nothing is marked";  ///< in place of a legend without entries
 
   bool empty() const { return bodies.empty(); }
   Eigen::Index triangles() const;

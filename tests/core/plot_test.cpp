@@ -64,6 +64,21 @@ TEST(Axis, HasAWidthOfOneValueAndOfNone) {
   }
 }
 
+TEST(Axis, OfCountsHasWholeNumbersOnly) {
+  for (const bool whole : {false, true}) {
+    Axis counts{"sensors"}, up{"um"};
+    counts.whole = whole;
+    counts.include(Vector4d(1.0, 2.0, 3.0, 4.0));
+    counts.close();
+    up.include(Vector4d(0.0, 10.0, 20.0, 30.0));
+    up.close();
+    Plot plot(400, 300, "counts");
+    Panel(plot, {40, 20, 320, 240}, counts, up).x_axis();
+    EXPECT_EQ(count(plot.inset(), ">1.5<"), whole ? 0 : 1) << plot.inset();
+    EXPECT_EQ(count(plot.inset(), whole ? ">2<" : ">2.0<"), 1) << plot.inset();
+  }
+}
+
 TEST(Plot, NamesAreMadeHarmless) {
   Plot plot(10, 10, "a < b");
   plot.title(0, 0, "c & d");
@@ -103,6 +118,23 @@ TEST(Panel, AxesHaveRoundNumbers) {
   for (const char* text : {">0<", ">8<", ">hours<", ">um<", ">\u22120.2<", ">0.4<"})
     EXPECT_NE(svg.find(text), std::string::npos) << text << "\n" << svg;
   EXPECT_EQ(count(svg, "class=\"grid zero\" d=\"M50.0 50.0H150.0\""), 1);
+}
+
+// A record that is probed now and then has no two values beside each other.
+TEST(Panel, ALineShowsValuesThatStandAlone) {
+  constexpr Eigen::Index rows = 5000;
+  Eigen::VectorXd at(rows), values = Eigen::VectorXd::Constant(rows, nan);
+  for (Eigen::Index i = 0; i < rows; ++i) at[i] = i;
+  for (const Eigen::Index i : {33, 1234, 4001}) values[i] = 1.0;
+  Plot plot(200, 200, "");
+  Panel panel(plot, {50, 0, 100, 100}, axis(0, rows), axis(0, 2));
+  panel.line(at, values, Ink::blue);
+  EXPECT_EQ(count(plot.inset(), "h4"), 3) << plot.inset();
+  values.segment(2000, 200).setConstant(1.5);
+  Plot more(200, 200, "");
+  Panel(more, {50, 0, 100, 100}, axis(0, rows), axis(0, 2)).line(at, values, Ink::blue);
+  EXPECT_EQ(count(more.inset(), "h4"), 3) << more.inset();
+  EXPECT_EQ(count(more.inset(), "<path class=\"line"), 1) << more.inset();
 }
 
 TEST(Panel, ALogarithmicAxisHasPowersOfTen) {

@@ -120,6 +120,7 @@ std::string curve_svg(const Choice& choice) {
     loss[i] = choice.curve[i].after_loss_um;
   }
   core::Axis across{"number of sensors"}, up{"left of the TCP error, um"};
+  across.whole = true;
   across.include(count);
   across.close();
   up.include(0.0);
@@ -168,6 +169,8 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
   if (choice.confirmed) sentences.push_back(core::html_sentence("Confirmed: " + confirmation(choice) + "."));
   mesh::MachineMesh shown = mesh;
   shown.machine.sensors = sensors;
+  diagnosis::Scene scene = diagnosis::make_scene(shown, {});
+  scene.unmarked = "dots are the chosen sensors";
   return core::html_document(
       title,
       core::html_title(title, "places that leave the observer the least variance of the TCP error") +
@@ -175,7 +178,7 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
                              sentences) +
           core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
                              curve_svg(choice)) +
-          diagnosis::scene_html(diagnosis::make_scene(shown, {})) +
+          diagnosis::scene_html(scene) +
           core::html_section("Places", "in the machine's frame at home", core::html_table(table_of(sensors, choice))) +
           core::html_next_steps(
               {{"Confirm the choice on machines measured virtually:",
