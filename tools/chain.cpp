@@ -180,6 +180,10 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
     reduction::ReducedModel made = reduction::read_model(model);
     if (case_path.empty()) return made;
     const mesh::Machine machine = open_case(case_path, "", 0).machine;
+    if (machine.name != made.machine.name) {
+      throw core::InputError(model.string(), "a model of the machine '" + made.machine.name + "'",
+                             fmt::format("a model of '{}', the machine of {}", machine.name, machine.path.string()));
+    }
     if (machine.hash == made.machine.hash)
       made.machine = machine;  // the same, and it knows where its CAD files are
     else

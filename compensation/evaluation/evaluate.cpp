@@ -33,6 +33,8 @@ using Eigen::VectorXd;
 constexpr double nothing_trains = -1.0;  // as train_until_s
 
 void require_displacements(const Measurement& measurement) {
+  if (measurement.data.rows() < 2)
+    throw InputError(measurement.data.source, "one row", "at least two rows; models are judged over time");
   if (std::any_of(measurement.channels.begin(), measurement.channels.end(),
                   [](const auto& c) { return c.kind == ChannelKind::displacement; }))
     return;
@@ -182,6 +184,10 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   for (Index i = 0; i < scorer.data().rows(); ++i) incomplete += !scorer.data().input_values.row(i).allFinite();
   if (incomplete > 0)
     scorer.note(fmt::format("{} rows lack an input; models that need it skip these rows", incomplete));
+  std::vector<std::string> silent;
+  for (const MeasuredChannel& channel : measurement.channels)
+    if (known_range(measurement.values(channel)).first < 0) silent.push_back(channel.id);
+  if (!silent.empty()) scorer.note("without any value in the record: " + core::join(silent));
   for (const ModelSpec* spec : chosen_models(options)) {
     FittedModel fitted(*spec);
     if (!fit_and_score(fitted, options.check, rows, scorer, training_scorers)) continue;

@@ -7,12 +7,15 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
+#include <sstream>
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/scoring.h"
 #include "compensation/measurement/measurement_check.h"
 #include "compensation/measurement/unit_hint.h"
 #include "core/error.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/elastic/outputs.h"
@@ -45,6 +48,20 @@ Eigen::Isometry3d transform_of(const mesh::Machine& machine, int body, const mes
   return body < 0 ? Eigen::Isometry3d::Identity() : mesh::body_transform(machine, body, pose);
 }
 
+/// Sensors that the compensator left out, by their status ("T1=stuck"), with the share of the rows.
+/// @param failed  (rows) Offsets::failed_sensors
+std::string left_out_sensors(const std::vector<std::string>& failed) {
+  std::map<std::string, std::size_t> rows;
+  for (const std::string& row : failed) {
+    std::istringstream words(row);
+    for (std::string sensor; words >> sensor;) ++rows[sensor];
+  }
+  std::vector<std::string> parts;
+  for (const auto& [sensor, count] : rows)
+    parts.push_back(fmt::format("{} in {} of {} rows", sensor, count, failed.size()));
+  return core::join(parts);
+}
+
 }  // namespace
 
 void score_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
@@ -58,8 +75,9 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
     quantities.emplace_back(model.machine, channel, pose);
     poses.insert(poses.end(), quantities.back().poses().begin(), quantities.back().poses().end());
   }
-  const std::vector<std::vector<solver::TcpError>> errors =
-      run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &scorer.observer : nullptr);
+  std::vector<std::string> failed;
+  const std::vector<std::vector<solver::TcpError>> errors = run_compensator(
+      measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &scorer.observer : nullptr, &failed);
   std::size_t first = 0;  // of the channel's poses
   for (std::size_t k = 0; k < displacements.size(); ++k) {
     const std::size_t count = quantities[k].poses().size();
@@ -76,7 +94,14 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
     }
     scorer.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
+  if (const std::string sensors = left_out_sensors(failed); !sensors.empty())
+    scorer.note(fmt::format("{}_sensors: sensors left out: {}", name, sensors));
   if (!with_sensors) {
+    if (solver::Channels(model.machine).index(mesh::time_of_day) >= 0 && !tells_time_of_day(measurement)) {
+      scorer.note(name +
+                  ": the time of day is not recorded, so that laws of machine.toml over day.time_h contribute "
+                  "0; state starts_at under [record] of channels.toml");
+    }
     scorer.note(fmt::format("{}: not fitted; initial temperature uniform at {:.2f} degC", name,
                             start_temperature(measurement, model.machine)));
   }

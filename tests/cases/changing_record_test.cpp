@@ -144,6 +144,18 @@ TEST(TimeOfDay, SunIsNamedWithItsHoursWhereARecordStatesTheTimeOfDay) {
   const Result untold = thermotwin(
       {"diagnose", "--model", by_hour, "--data", data, "--out", (folder.path() / "untold").string(), "--json"});
   EXPECT_SAYS(untold.out, "The time of day is not recorded");
+  // A sensor that is loose from the middle of the record on is named with its rows.
+  const auto sensor = std::find_if(record.channels.begin(), record.channels.end(),
+                                   [](const auto& channel) { return !channel.sensor.empty(); });
+  ASSERT_NE(sensor, record.channels.end());
+  record.data.values.col(sensor->column).tail(record.data.rows() / 2).setConstant(120.0);
+  compensation::write_measurement(data, record);
+  const Result judged = thermotwin(
+      {"evaluate", "--data", data, "--model", by_hour, "--out", (folder.path() / "judged").string(), "--json"});
+  ASSERT_EQ(judged.status, 0) << judged.err;
+  const std::string notes = nlohmann::json::parse(judged.out)["notes"].dump();
+  EXPECT_SAYS(notes, "the time of day is not recorded");
+  EXPECT_SAYS(notes, "sensors left out: " + sensor->sensor + "=");
 }
 
 TEST(ChangingRecord, AStepInFrictionIsNamedWithItsTime) {

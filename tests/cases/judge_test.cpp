@@ -320,6 +320,13 @@ TEST(Diagnose, ModelOfAnotherMachineIsPointedOut) {
                                  (toy_run() / "measurement").string(), "--quiet"});
   EXPECT_EQ(result.status, 0);
   EXPECT_SAYS(result.err, "another machine.toml");
+  // Another name is another machine.
+  toy.edit("machine.toml", "name = \"toy\"", "name = \"lathe\"");
+  const Result named = toy.run({"diagnose", toy.path(), "--model", (toy_run() / "model.rom.h5").string(), "--data",
+                                (toy_run() / "measurement").string(), "--quiet"});
+  EXPECT_EQ(named.status, 3);
+  EXPECT_SAYS(named.err, "a model of the machine 'toy'");
+  EXPECT_SAYS(named.err, "a model of 'lathe'");
 }
 
 }  // namespace

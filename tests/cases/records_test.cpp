@@ -260,6 +260,22 @@ TEST(EvaluateRecord, ASelectionWithoutInputFallsBackAndSaysSo) {
   EXPECT_SAYS(read(toy.result("evaluation/models.txt")), "no single input improves");
 }
 
+TEST(EvaluateRecord, NamesChannelsWithoutAValueAndRefusesOneRow) {
+  const Toy toy;
+  write_record(toy, "blank", 30, [](double hour) {
+    const double warm = 2 * std::sin(hour);
+    return Row{{20 + warm, std::nan("")}, 5 * warm};
+  });
+  const Result blank =
+      toy.run({"evaluate", "--data", toy.file("blank"), "--models", "static_regression", "--json", "--quiet"});
+  ASSERT_EQ(blank.status, 0) << blank.err;
+  EXPECT_SAYS(all(json::parse(blank.out)["notes"]), "without any value in the record: T2");
+  write_record(toy, "one", 0.05, [](double) { return Row{{20, 21}, 5}; });
+  const Result one = toy.run({"evaluate", "--data", toy.file("one"), "--quiet"});
+  EXPECT_EQ(one.status, 3);
+  EXPECT_SAYS(one.err, "at least two rows");
+}
+
 TEST(EvaluateRecord, ShowsTheFitWhereAllRowsTrain) {
   const Toy toy;
   write_record(toy, "short", 20, [](double hour) {
