@@ -26,6 +26,7 @@ namespace {
 /// A cause whose whole prior moves the white residual by less than this cannot be told from none.
 constexpr double visible = 2.0;
 constexpr std::size_t most_pair_partners = 60;
+constexpr double likely_enough = 0.1;  ///< none, that it may be the verdict
 constexpr double worth_looking_beside =
     10.0;  ///< ln Bayes factor of the leading cause above which all others are linearised anew beside it
 
@@ -289,6 +290,7 @@ void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResul
   for (const auto& [h, log] : leftovers) logs.push_back(log);
   const double normal = result.log_normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
+  result.probability_leftover = 0.0;
   result.marginal = VectorXd::Zero(std::ssize(of.problem.parameters));
   double most_beside = 0.0;
   for (const auto& [h, log] : leftovers) {
@@ -307,6 +309,48 @@ void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResul
     for (const int i : h.members) result.marginal[i] += h.probability;
   }
   result.marginal = result.marginal.cwiseMin(1.0);  // sums of many small numbers round
+}
+
+Stretch stretch_of(const Problem& problem, const LinearEvidence& none) {
+  Stretch stretch;
+  for (int i = 0; i < std::ssize(problem.parameters); ++i) {
+    const double std = problem.prior_std[i], off = none.mean()[i] / std;
+    // The variance of an estimate about nominal is what the record takes from the prior's.
+    const double told = std::max(0.0, 1.0 - none.covariance()(i, i) / (std * std));
+    stretch.squares += off * off;
+    stretch.squares_mean += told;
+    stretch.squares_std += 2.0 * told * told;
+    if (std::abs(off) > std::abs(stretch.deviations)) stretch.deviations = off, stretch.which = i;
+  }
+  stretch.squares_std = std::sqrt(stretch.squares_std);
+  return stretch;
+}
+
+/// Where none is likely, but only with one parameter far from what is stated of it, that parameter's cause is compared
+/// with none on equal terms: a size that large wanders, and its heat spreads, whether its prior is narrow or wide. Else
+/// none alone would have this size without the freedom that the cause pays for.
+/// @return whether a log evidence has changed
+bool compare_on_equal_terms(const Search& of, std::vector<Leftover>& leftovers, SearchResult& result) {
+  if (!(result.probability_none > likely_enough) || !result.stretch.beyond()) return false;
+  const int which = result.stretch.which;
+  const Hypothesis* single = result.single(which);
+  if (single == nullptr || !single->refined) return false;
+  const LinearForm form = form_about(of.problem, of.white, *single);
+  const Parameter& p = of.problem.parameters[which];
+  const LinearEvidence::Widened widened =
+      LinearEvidence(form.columns, form.residual, form.prior_std).widen({&which, 1}, {&p.cause_std, 1});
+  const double against_none = of.options.evidence_share *
+                              (widened.log_ratio + log_within_bounds(p, p.nominal + widened.mean[0], widened.std[0]));
+  const double more = against_none - single->log_evidence;
+  if (!(more > 0.0)) return false;
+  const auto holds = [&](const Hypothesis& h) {
+    return std::find(h.members.begin(), h.members.end(), which) != h.members.end();
+  };
+  for (auto& [h, log] : leftovers)
+    if (holds(*h)) log += more;
+  for (Hypothesis& h : result.hypotheses)
+    if (holds(h)) h.log_evidence += more;
+  return true;
 }
 
 }  // namespace
@@ -363,13 +407,19 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   SearchResult result;
   result.chi_square_none = none.chi_square();
   result.fitted = of.white.residual.size();
+  result.stretch = stretch_of(problem, none);
   result.hypotheses = compared(of, visible_candidates(of, result.invisible));
   const UnknownEvidence alone =
       unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
                        problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
   result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
   result.unknown_channel = alone.channel;
-  weigh(of, leftovers_of(of, result.hypotheses, alone.without), result);
+  std::vector<Leftover> leftovers = leftovers_of(of, result.hypotheses, alone.without);
+  weigh(of, leftovers, result);
+  if (compare_on_equal_terms(of, leftovers, result)) {
+    weigh(of, leftovers, result);
+    sort_by_posterior(result.hypotheses);
+  }
   return result;
 }
 

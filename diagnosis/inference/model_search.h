@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <vector>
 
 #include "diagnosis/inference/hypothesis_fit.h"
@@ -36,6 +37,22 @@ struct ChangingLaw {
   double log_evidence = 0, probability = 0;
 };
 
+/// How far the machine as stated has to be stretched to fit: its other parameters without a cause, in stated standard
+/// deviations.
+struct Stretch {
+  int which = -1;         ///< the parameter furthest off; -1: there is none
+  double deviations = 0;  ///< of it, with its sign
+  /// Sum of the squares of all parameters, and its mean and standard deviation where they are as stated.
+  double squares = 0, squares_mean = 0, squares_std = 0;
+
+  bool too_far() const { return beyond() || squares > squares_mean + most_squares * squares_std; }
+  /// Whether a single parameter is.
+  bool beyond() const { return std::abs(deviations) > most_deviations; }
+
+  /// Parameters at 2.5 stated deviations were estimated at 3.1 at most.
+  static constexpr double most_deviations = 3.5, most_squares = 5.0;
+};
+
 struct SearchResult {
   std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
   Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
@@ -48,6 +65,7 @@ struct SearchResult {
   std::vector<int> invisible;       ///< parameters that this measurement cannot show
   double chi_square_none = 0;       ///< of the fitted part, no cause
   Eigen::Index fitted = 0;          ///< its degrees of freedom
+  Stretch stretch;                  ///< of the machine as stated
 
   /// The hypothesis of this single cause; nullptr if it is invisible.
   const Hypothesis* single(int parameter) const;

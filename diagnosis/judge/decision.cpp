@@ -25,8 +25,9 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 /// Sizes that wander by 15 %, and others at 2.5 stated deviations, asked for 1.7 and 3.1 at most; laws of another kind
 /// for 2.4 to 6 and 4 to 4.4.
 constexpr double most_freedom = 2.5, most_other = 3.5;
-constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
-constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
+constexpr double most_times_expected = 3.0;  ///< RMS of a channel without a cause where there is no discrepancy
+constexpr double certain = 2.0;              ///< of its own standard deviations that a size has to be off
+constexpr double within_nominal = 3.0;       ///< stated standard deviations that are no discrepancy
 constexpr double likely =
     0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
@@ -209,10 +210,11 @@ void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchR
   }
 }
 
-/// The machine as stated fits the fitted part already: chi-square as expected, and no channel further off than
-/// expected. A cause may fit better still, but then the model's error is stated too large to say so.
+/// The machine as stated fits the fitted part already: chi-square as expected, no parameter far from what is stated of
+/// it, and no channel further off than expected. A cause may fit better still, but then the model's error is stated too
+/// large to say so.
 bool nothing_fits(const Problem& problem, const SearchResult& found) {
-  if (found.fitted == 0 || found.chi_square_none > found.fitted) return false;
+  if (found.fitted == 0 || found.chi_square_none > found.fitted || found.stretch.too_far()) return false;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
     const double off = (problem.measured - problem.predicted).segment(first, n).norm();
@@ -245,6 +247,10 @@ void decide_among(const Problem& problem, const std::vector<RankedCause>& causes
     out.ambiguous_set = std::move(out.causes);
     out.causes.clear();
     out.ambiguous_set.push_back(no_parameter(Kind::none, found.probability_none, 0.0));
+    out.open_because = fmt::format(
+        "the machine as stated already fits: chi-square {:.0f} for {} values, and no channel is further off than "
+        "expected",
+        found.chi_square_none, found.fitted);
   } else {
     out.ambiguous_set = sharing(causes, found);
   }
@@ -263,10 +269,60 @@ void share_among_laws(const Problem& problem, const SearchResult& found, Diagnos
   out.ambiguous_set.push_back(something_unknown(found));
 }
 
+/// The channel whose fitted part is furthest from the prediction, in what is expected of it.
+std::pair<std::size_t, double> furthest_channel(const Problem& problem) {
+  std::pair<std::size_t, double> furthest{0, 0.0};
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
+    const double expected = problem.expected_std.segment(first, n).norm();
+    const double off = (problem.measured - problem.predicted).segment(first, n).norm();
+    if (expected > 0.0 && off > furthest.second * expected) furthest = {k, off / expected};
+  }
+  return furthest;
+}
+
+/// Why the machine as stated does not fit, though no cause is more likely; empty: it fits.
+std::string why_none_does_not_fit(const Problem& problem, const SearchResult& found) {
+  const Stretch& stretch = found.stretch;
+  if (stretch.beyond()) {
+    return fmt::format("without a cause, {} would have to deviate by {:.1f} stated standard deviations",
+                       name_of(problem.parameters[stretch.which]), std::abs(stretch.deviations));
+  }
+  if (stretch.too_far()) {
+    return fmt::format(
+        "without a cause, the parameters together would have to deviate more than stated (sum of squares {:.0f}, "
+        "expected {:.0f})",
+        stretch.squares, stretch.squares_mean);
+  }
+  const auto [channel, times] = furthest_channel(problem);
+  if (times <= most_times_expected) return "";
+  return fmt::format("without a cause, {} is {:.1f} times as far off as expected",
+                     problem.observations.channels[channel].channel.id, times);
+}
+
 /// None is likely enough to stay, and so is a cause: the record does not tell which.
-void share_with_none(const RankedCause& cause, const SearchResult& found, Diagnosis& out) {
+void share_with_none(const Problem& problem, const RankedCause& cause, const SearchResult& found, Diagnosis& out) {
   out.verdict = Verdict::ambiguous;
   out.ambiguous_set = {cause, no_parameter(Kind::none, found.probability_none, 0.0)};
+  out.open_because = why_none_does_not_fit(problem, found);
+}
+
+/// No cause is likelier than none, but none does not fit as it is stated: it shares with what is furthest off, or with
+/// something unknown.
+/// @return whether it is so
+bool share_with_stretched(const Problem& problem, const std::vector<RankedCause>& causes, const SearchResult& found,
+                          Diagnosis& out) {
+  if (!(found.probability_none > none_left) || why_none_does_not_fit(problem, found).empty()) return false;
+  RankedCause sharing = something_unknown(found);
+  if (const int which = found.stretch.which; found.stretch.too_far() && which >= 0) {
+    const Parameter& stretched = problem.parameters[which];
+    for (const RankedCause& cause : causes)
+      if (cause.parameter.kind == stretched.kind && cause.parameter.where == stretched.where) sharing = cause;
+  } else if (!causes.empty() && outside_nominal(causes.front())) {
+    sharing = causes.front();
+  }
+  share_with_none(problem, sharing, found, out);
+  return true;
 }
 
 }  // namespace
@@ -291,9 +347,9 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   if (found.probability_none <= none_left && laws >= likely)
     share_among_laws(problem, found, out);
   else if (found.probability_none > none_left && !no_cause_left && causes.front().probability >= likely)
-    share_with_none(causes.front(), found, out);
+    share_with_none(problem, causes.front(), found, out);
   else if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
-    out.verdict = Verdict::no_discrepancy;
+    out.verdict = share_with_stretched(problem, causes, found, out) ? Verdict::ambiguous : Verdict::no_discrepancy;
   else if (no_cause_left && !unknown_likely)
     name_more_than_stated(causes, found, out);
   else if (unknown_likely || causes.empty())

@@ -98,7 +98,8 @@ struct Diagnosis {
   double mesh_share =
       0;  ///< of a channel's own change that the mesh hides; 0: what the mesh leaves open is no more than
           ///< the record itself does
-  std::string strained;  ///< why the named causes alone are implausible; empty: they are not
+  std::string open_because;  ///< of a cause and the machine as stated: why neither is named; empty: other reasons
+  std::string strained;      ///< why the named causes alone are implausible; empty: they are not
   NextMeasurement next;
   std::string measurement;               ///< name of its folder
   std::vector<DiagnosedRecord> records;  ///< several ones; empty: there is one

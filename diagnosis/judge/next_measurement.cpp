@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 
 #include "core/text.h"
 #include "core/thread_pool.h"
@@ -29,6 +30,8 @@ namespace {
 constexpr double tells_apart = 1.0;  ///< RMS difference over time in units of a channel's uncertainty
 constexpr std::size_t most_causes = 4;
 constexpr double coarser = 3.0;          ///< steps of planned programs: differences between causes need no more
+constexpr double same_load = 0.05;       ///< of its length, and of an input's range in the mean: the same load again
+constexpr double seen_already = 3.0;     ///< times its uncertainty that a channel of the record tells two apart
 constexpr double own_load_counts = 1.5;  ///< another program has to be so much better than the same one again
 
 /// What a reading is uncertain by at least.
@@ -154,6 +157,30 @@ Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& se
 
 }  // namespace
 
+bool repeats(const Observations& plan, const Observations& record) {
+  const double duration = record.end - record.start;
+  if (std::abs(plan.end - plan.start - duration) > same_load * duration) return false;
+  const Index rows = record.rows.rows();
+  const Index inputs = std::min(record.rows.cols(), plan.rows.cols());
+  for (Index input = 0; input < inputs; ++input) {
+    double low = std::numeric_limits<double>::infinity(), high = -low, off = 0.0, time = 0.0;
+    for (Index i = 0; i < rows; ++i) {
+      const double from = record.points[i], width = record.points[i + 1] - from;
+      const double since = from + 0.5 * width - record.start + plan.start;
+      const auto at = std::upper_bound(plan.points.begin(), plan.points.end(), since);
+      const Index row = std::clamp<Index>(at - plan.points.begin() - 1, 0, plan.rows.rows() - 1);
+      const double recorded = record.rows(i, input), planned = plan.rows(row, input);
+      if (!std::isfinite(recorded) || !std::isfinite(planned)) continue;
+      low = std::min({low, recorded, planned});
+      high = std::max({high, recorded, planned});
+      off += width * std::abs(recorded - planned);
+      time += width;
+    }
+    if (off > same_load * time * (high - low)) return false;
+  }
+  return true;
+}
+
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
                                  const DiagnoseOptions& options) {
@@ -165,7 +192,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   const std::vector<Place> places = places_of(problem, machine, poses);
 
   const MeshAllowance allowance(machine, model.mesh_error, options);
-  double best = 0.0;  // merit
+  double best = 0.0, seen_best = 0.0;  // merits: of what can be measured, of what was
+  std::string seen_by;
   const auto consider = [&](const Observations& plan, const std::string& load, bool own) {
     const Response response(model, plan);
     std::vector<MatrixXd> seen(rivals.size());
@@ -178,11 +206,14 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       seen[i] = response.elsewhere(rival, poses);
     });
     for (std::size_t c = 0; c < places.size(); ++c) {
-      if (own && places[c].measured) continue;
       const auto column = static_cast<Index>(c);
       const double mesh_error = places[c].is_sensor ? allowance.of_sensor(places[c].name)
                                                     : allowance.of_displacement(places[c].name.substr(0, 2));
       const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty, mesh_error);
+      if (own && places[c].measured) {
+        if (merit.all > seen_best) seen_best = merit.all, seen_by = places[c].name;
+        continue;
+      }
       const double weighed = own ? own_load_counts * merit.all : merit.all;
       if (weighed <= best) continue;
       best = weighed;
@@ -202,8 +233,22 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
-  for (const solver::LoadProgram& program : programs)
-    consider(planned(program, solver::Channels(machine).size()), program.name(), false);
+  const bool stated_is_rival = std::any_of(diagnosis.ambiguous_set.begin(), diagnosis.ambiguous_set.end(),
+                                           [](const RankedCause& cause) { return cause.parameter.kind == Kind::none; });
+  if (rivals.size() == 2 && stated_is_rival && seen_best >= seen_already) {
+    next = {};
+    next.why = fmt::format(
+        "{} and {} differ by {:.1f} times the uncertainty of {} in this record already, so that another measurement "
+        "does not decide; the stated uncertainty of {} does",
+        rivals[0].name(), rivals[1].name(), seen_best, seen_by, rivals[0].name());
+    return next;
+  }
+  for (const solver::LoadProgram& program : programs) {
+    const Observations plan = planned(program, solver::Channels(machine).size());
+    const std::span<const Observations> records = problem.observations.each();
+    if (std::none_of(records.begin(), records.end(), [&](const Observations& one) { return repeats(plan, one); }))
+      consider(plan, program.name(), false);
+  }
   if (best >= tells_apart) return next;
   next = {};
   next.why = fmt::format(

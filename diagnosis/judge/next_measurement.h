@@ -19,6 +19,10 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
                                  const DiagnoseOptions& options);
 
+/// Whether a planned program is the load of a record again: its inputs have the record's values, but for 5 % of their
+/// range in the mean. An input that either does not state does not count.
+bool repeats(const Observations& plan, const Observations& record);
+
 /// What is left to know where nothing has to be decided: kinds of which the record would have shown nothing, which a
 /// measurement of another place or load would have to show. One sentence without its full stop.
 std::string nothing_to_decide(const std::vector<Detectable>& kinds);

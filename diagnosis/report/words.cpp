@@ -77,6 +77,28 @@ std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t mo
   return words;
 }
 
+/// What decides between those that share; of a cause beside the machine as stated its own check, where no measurement
+/// does.
+std::string to_decide(const Diagnosis& d) {
+  if (!d.next.channel.empty()) return fmt::format(" To decide, measure {} under {}.", d.next.channel, d.next.load);
+  const bool beside_none = d.ambiguous_set.back().parameter.kind == Kind::none;
+  if (d.next.why.empty() || !beside_none || d.ambiguous_set.front().parameter.name.empty()) return "";
+  return fmt::format(" To decide, check {} on the machine, and its stated uncertainty.",
+                     name_of(d.ambiguous_set.front().parameter));
+}
+
+/// Causes, and the machine as stated in the last place.
+std::string beside_none_in_words(const Diagnosis& d) {
+  std::vector<RankedCause> causes = d.ambiguous_set;
+  const RankedCause none = causes.back();
+  causes.pop_back();
+  const std::string listed = list_in_words(causes, 4);
+  if (causes.front().probability >= sure)
+    return fmt::format("Ambiguous: the difference is explained by {}. But {}.", listed, d.open_because);
+  const std::string but = d.open_because.empty() ? "" : " But " + d.open_because + ".";
+  return fmt::format("Ambiguous: {}; or {}.{}", listed, list_in_words({none}, 1), but);
+}
+
 /// What a coarse mesh leaves open, and what to do; empty where the mesh is fine.
 std::string mesh_hides(const Diagnosis& d) {
   constexpr double much = 0.05;
@@ -147,11 +169,13 @@ std::string sentence_of(const Diagnosis& d) {
     return fmt::format("Ambiguous: {}, and an unknown cause as well, probability {:.2f}.", list_in_words(d.causes, 2),
                        d.ambiguous_set.front().probability);
   }
+  if (d.verdict == Verdict::ambiguous && d.causes.empty() && d.ambiguous_set.size() > 1 &&
+      d.ambiguous_set.back().parameter.kind == Kind::none)
+    return beside_none_in_words(d) + to_decide(d);
   if (d.verdict == Verdict::ambiguous) {
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference, none of them surely: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
-           list_in_words(d.ambiguous_set, 4) + "." +
-           (d.next.channel.empty() ? "" : fmt::format(" To decide, measure {} under {}.", d.next.channel, d.next.load));
+           list_in_words(d.ambiguous_set, 4) + "." + to_decide(d);
   }
   return "Explained by " + list_in_words(d.causes, 3) + "." + gain + extension_in_words(d);
 }
@@ -255,6 +279,13 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
   d.notes.push_back(allowance.sentence());
   d.notes.push_back(
       fmt::format("Chi-square without a cause: {:.0f} for {} values.", found.chi_square_none, found.fitted));
+  if (const Stretch& stretch = found.stretch; stretch.too_far()) {
+    d.notes.push_back(fmt::format(
+        "Without a cause, {} would be {:.1f} stated standard deviations from nominal; the sum of squares of all "
+        "parameters would be {:.0f}, expected {:.0f}.",
+        name_of(problem.parameters[stretch.which]), std::abs(stretch.deviations), stretch.squares,
+        stretch.squares_mean));
+  }
   if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0) {
     d.notes.push_back("The unexplained residual is concentrated in one channel alone: " +
                       obs.channels[found.unknown_channel].channel.id + ".");

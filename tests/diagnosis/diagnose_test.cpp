@@ -52,6 +52,40 @@ TEST(Diagnose, NominalUncertaintyIsNoDiscrepancy) {
   EXPECT_LE(wrong, 1);
 }
 
+/// The rods with another stated deviation of the motor's power, against a motor with a factor on it.
+Diagnosis motor(double std_percent, double factor) {
+  std::string text = lumped::machine_text();
+  const std::string stated = "scale = {value = 1.0, std_percent = 5}";
+  text.replace(text.find(stated), stated.size(),
+               "scale = {value = 1.0, std_percent = " + std::to_string(std_percent) + "}");
+  diagnosis::DiagnoseOptions how;
+  how.temperature_error_percent = 3;
+  return diagnosis::diagnose(lumped::model(mesh::parse_machine(text, "rods/machine.toml"), 9),
+                             lumped::measure({{find(Kind::source_power, "motor"), factor}}, {.seed = 21}), how);
+}
+
+// A parameter that other causes may have off would take it, without the freedom that its own cause pays for.
+TEST(Diagnose, FiveStatedDeviationsAreNotHiddenByAWidePrior) {
+  const Diagnosis d = motor(12, 1.6);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
+  EXPECT_EQ(name_of(d.causes.front().parameter), "source_power of motor");
+  EXPECT_NEAR(d.causes.front().value, 1.6, 0.1);
+  EXPECT_FALSE(d.extended_machine_text.empty());
+}
+
+TEST(Diagnose, NoneThatFitsOnlyFarFromWhatIsStatedSharesWithTheCause) {
+  const Diagnosis d = motor(20, 1.8);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::ambiguous) << listed(d);
+  ASSERT_EQ(d.ambiguous_set.size(), 2U) << listed(d);
+  EXPECT_EQ(name_of(d.ambiguous_set.front().parameter), "source_power of motor");
+  EXPECT_EQ(d.ambiguous_set.back().parameter.kind, Kind::none);
+  EXPECT_NE(d.sentence.find("source_power of motor would have to deviate by"), std::string::npos) << d.sentence;
+  // Another record of what this one shows already decides nothing.
+  EXPECT_EQ(d.next.channel, "");
+  EXPECT_NE(d.next.why.find("in this record already"), std::string::npos) << d.next.why;
+  EXPECT_EQ(motor(20, 1.4).verdict, diagnosis::Verdict::no_discrepancy) << "two stated deviations";
+}
+
 struct Fault {
   Kind kind;
   const char* where;

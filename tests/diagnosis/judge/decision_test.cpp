@@ -26,6 +26,7 @@ struct Second {
   bool missing = false;
   double leftover = 0.0, none = 1e-4;
   double chi_square = 0.0, residual = 0.0;  ///< of ten values without a cause; each over what is expected of it
+  double stretched = 0.0;                   ///< stated deviations of the first parameter without a cause
 };
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
@@ -64,12 +65,14 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
     found.chi_square_none = second.chi_square;
     found.fitted = 10;
     problem.observations.channels.resize(1);
+    problem.observations.channels[0].channel.id = "T1";
     problem.observations.channels[0].value = problem.measured = Eigen::VectorXd::Constant(10, second.residual);
     problem.observations.channels[0].fitted = 10;
     problem.predicted.setZero(10);
     problem.expected_std.setOnes(10);
     problem.columns.setZero(10, 2);
   }
+  if (second.stretched != 0.0) found.stretch = {.which = 0, .deviations = second.stretched};
   found.probability_unknown = second.unknown;
   found.probability_leftover = second.leftover;
   found.log_evidence_beside = log_evidence;
@@ -159,6 +162,11 @@ TEST(Verdict, NothingIsExplainedWhereTheMachineAsStatedFits) {
   EXPECT_EQ(fits.ambiguous_set[0].parameter.kind, Kind::source_power);
   EXPECT_EQ(fits.ambiguous_set[1].parameter.kind, Kind::none);
   EXPECT_NE(fits.sentence.find("the machine as stated"), std::string::npos) << fits.sentence;
+  EXPECT_NE(fits.sentence.find("already fits: chi-square 9 for 10 values"), std::string::npos) << fits.sentence;
+  EXPECT_EQ(fits.sentence.find("none of them surely"), std::string::npos) << fits.sentence;
+  // It does not fit where one of its parameters would have to be far from what is stated.
+  EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 0.8, .stretched = -7.2}).verdict,
+            diagnosis::Verdict::explained);
   EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 11.0, .residual = 0.8}).verdict, diagnosis::Verdict::explained);
   EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 1.2}).verdict, diagnosis::Verdict::explained);
 }
@@ -171,6 +179,31 @@ TEST(Verdict, ALikelyCauseBesideALikelyNoneIsAmbiguous) {
   EXPECT_DOUBLE_EQ(both.ambiguous_set[1].probability, 0.25);
   EXPECT_EQ(decided(1.5, 0.4, 12.0, {.none = 0.55}).verdict, diagnosis::Verdict::no_discrepancy);
   EXPECT_EQ(decided(1.2, 0.7, 12.0, {.none = 0.25}).verdict, diagnosis::Verdict::no_discrepancy) << "within nominal";
+}
+
+TEST(Verdict, NoneThatFitsOnlyFarFromWhatIsStatedIsNoVerdict) {
+  const Diagnosis stretched = decided(1.6, 0.2, 2.8, {.none = 0.7, .stretched = 5.8});
+  EXPECT_EQ(stretched.verdict, diagnosis::Verdict::ambiguous);
+  ASSERT_EQ(stretched.ambiguous_set.size(), 2U);
+  EXPECT_EQ(stretched.ambiguous_set[0].parameter.kind, Kind::source_power);
+  EXPECT_EQ(stretched.ambiguous_set[1].parameter.kind, Kind::none);
+  EXPECT_NE(stretched.sentence.find("source_power of motor would have to deviate by 5.8 stated standard deviations"),
+            std::string::npos)
+      << stretched.sentence;
+  EXPECT_EQ(decided(1.6, 0.2, 2.8, {.none = 0.7, .stretched = 3.1}).verdict, diagnosis::Verdict::no_discrepancy);
+  const Diagnosis off = decided(1.6, 0.2, 2.8, {.none = 0.7, .chi_square = 9.0, .residual = 3.6});
+  EXPECT_EQ(off.verdict, diagnosis::Verdict::ambiguous);
+  EXPECT_NE(off.sentence.find("T1 is 3.6 times as far off as expected"), std::string::npos) << off.sentence;
+  EXPECT_EQ(decided(1.6, 0.2, 2.8, {.none = 0.7, .chi_square = 9.0, .residual = 2.0}).verdict,
+            diagnosis::Verdict::no_discrepancy);
+}
+
+TEST(Verdict, ManyParametersFarFromWhatIsStatedTogetherAreToo) {
+  diagnosis::Stretch stretch{.which = 0, .deviations = 3.0, .squares = 30.0, .squares_mean = 10.0, .squares_std = 3.0};
+  EXPECT_TRUE(stretch.too_far());
+  EXPECT_FALSE(stretch.beyond());
+  stretch.squares = 20.0;
+  EXPECT_FALSE(stretch.too_far());
 }
 
 TEST(Verdict, WhatSurelyWorsensHeldOutTimeIsNotExplained) {
