@@ -415,6 +415,14 @@ void SiemensReader::refuse(const SiemensStatement& statement, const std::string&
 void SiemensReader::refuse_unknown(const SiemensStatement& statement) const {
   const std::string word =
       statement.name == "G" || statement.name == "M" ? statement.name + statement.value : statement.name;
+  // Without the statement the lines that it governs would run once.
+  static constexpr const char* control[] = {"IF",    "ELSE",    "ENDIF",  "WHILE",   "ENDWHILE", "FOR",  "ENDFOR",
+                                            "LOOP",  "ENDLOOP", "REPEAT", "REPEATB", "UNTIL",    "GOTO", "GOTOF",
+                                            "GOTOB", "GOTOC",   "GOTOS",  "CASE",    "PROC",     "CALL", "MCALL",
+                                            "PCALL", "EXTCALL", "RET",    "DEF"};
+  if (std::find(std::begin(control), std::end(control), word) != std::end(control))
+    refuse(statement,
+           "programs without jumps, loops, branches, subprograms and definitions; write out the lines that run");
   refuse(statement,
          fmt::format("motion, TRANS, TRAORI; a [[word]] '{}' of the control profile that skips or replaces it", word));
 }

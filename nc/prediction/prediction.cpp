@@ -73,6 +73,8 @@ Predictor::Predictor(const reduction::ReducedModel& model, std::unique_ptr<Prese
       online_(present_ ? present_->online() : *cold_),
       zero_(present_ ? present_->start_s() : 0.0),
       field_(model),
+      options_(options),
+      drift_(options.parts > 1 ? std::make_unique<CycleDrift>(model) : nullptr),
       take_(std::move(take)) {
   const Row standing = standing_at(start);
   const Eigen::VectorXd row = row_channels(model.machine, online_.channels().names(), standing);
@@ -93,30 +95,64 @@ void Predictor::add(const Timed& timed) {
 
 void Predictor::row(const Row& row) {
   const Eigen::VectorXd channels = row_channels(model_.machine, online_.channels().names(), row);
-  if (present_)
-    present_->step(row.to, channels);
-  else
-    online_.step(row.to, channels, {});
+  const Eigen::VectorXd before = online_.state();
+  step(row.to, channels);
+  if (row.to - row.from < options_.interval * (1.0 - 1e-9)) end_short_step(row, channels);
   advance_field();
+  if (drift_) drift_->row(row.to - row.from, channels, before, online_.state());
   auto first_left = pending_.begin();
   for (; first_left != pending_.end(); ++first_left) {
-    const Timed& timed = *first_left;
-    const double end = timed.start + timed.duration();
-    if (end > row.to * (1.0 + 1e-12)) break;
-    PredictedMove move;
-    move.timed = &timed;
-    move.end = timed.element.end();
-    move.time = end;
-    move.share = std::clamp((end - row.from) / (row.to - row.from), 0.0, 1.0);
-    move.field = &field_;
-    const solver::TcpError error = field_.error(move.end, move.share);
-    move.error_um = error.error.head<3>() * 1e6;
-    move.offset_um = field_.offsets(error) * 1e6;
-    move.std_um = online_.std_um(move.end);
-    move.outside = field_.outside(move.end);
-    take_(move);
+    if (first_left->start + first_left->duration() > row.to * (1.0 + 1e-12)) break;
+    take(*first_left, row);
   }
   pending_.erase(pending_.begin(), first_left);
+}
+
+void Predictor::take(const Timed& timed, const Row& row) {
+  PredictedMove move;
+  move.timed = &timed;
+  move.end = timed.element.end();
+  move.time = timed.start + timed.duration();
+  move.share = std::clamp((move.time - row.from) / (row.to - row.from), 0.0, 1.0);
+  move.field = &field_;
+  const solver::TcpError error = field_.error(move.end, move.share);
+  move.error_um = error.error.head<3>() * 1e6;
+  move.offset_um = field_.offsets(error) * 1e6;
+  move.std_um = online_.std_um(move.end);
+  move.outside = field_.outside(move.end);
+  if (drift_ && !timed.element.rapid) {
+    see_part(move);
+    if (ahead_) move.ahead_um = (ahead_->offsets(move.end, 1.0) - ahead_->offsets(move.end, 0.0)) * 1e6;
+  }
+  take_(move);
+}
+
+void Predictor::see_part(const PredictedMove& move) {
+  const int part = move.timed->element.state.part;
+  if (part == part_) return;
+  part_ = part;
+  drift_->begin_period(move.share);
+  if (part + 1 < options_.parts) return;
+  const std::optional<Eigen::VectorXd> change = drift_->ahead();
+  if (!change) return;
+  const Eigen::Vector<double, 9> shares =
+      present_ ? present_->twin().output_shares() : Eigen::Vector<double, 9>::Zero();
+  ahead_ = std::make_unique<ErrorField>(model_);
+  ahead_->advance(online_.state(), shares);
+  ahead_->advance(online_.state() + *change, shares);
+}
+
+void Predictor::step(double time, const Eigen::VectorXd& channels) {
+  if (present_)
+    present_->step(time, channels);
+  else
+    online_.step(time, channels, {});
+}
+
+void Predictor::end_short_step(const Row& row, const Eigen::VectorXd& channels) {
+  // A further row that makes the step too long ends it at this row's end. It is itself no whole step.
+  const double duration = row.to - row.from;
+  if (duration > 4e-9 * options_.interval) step(row.to + options_.interval - 0.5 * duration, channels);
 }
 
 }  // namespace thermotwin::nc

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. Each
-// move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated.
+// move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated. The
+// last row, which may be shorter, has a state at its end too.
 // The machine begins at a uniform temperature, or as a saved state says (present_machine.h).
 
 #include <functional>
@@ -11,6 +12,7 @@
 #include "compensation/online/online_model.h"
 #include "compensation/online/output_map.h"
 #include "nc/load/rows.h"
+#include "nc/prediction/cycle_drift.h"
 #include "nc/prediction/present_machine.h"
 
 namespace thermotwin::nc {
@@ -18,6 +20,7 @@ namespace thermotwin::nc {
 struct PredictionOptions {
   double start_C = 20.0;   ///< uniform temperature of the machine before the program
   double interval = 10.0;  ///< s, of the rows
+  int parts = 1;           ///< runs of the program
   void validate() const;   ///< @throws InputError
 };
 
@@ -55,6 +58,7 @@ struct PredictedMove {
   Eigen::Vector3d error_um;           ///< tool against table at its end
   Eigen::VectorXd offset_um, std_um;  ///< (linear axes)
   bool outside;                       ///< of the model's workspace
+  Eigen::VectorXd ahead_um;           ///< (linear axes) drift of the offset ahead of the last part; empty: not known
 };
 
 class Predictor {
@@ -71,6 +75,11 @@ public:
 
 private:
   void advance_field();
+  void step(double time, const Eigen::VectorXd& channels);
+  /// The state at the end of a row that is shorter than a step of the model.
+  void end_short_step(const Row& row, const Eigen::VectorXd& channels);
+  void take(const Timed& timed, const Row& row);
+  void see_part(const PredictedMove& move);
 
   const reduction::ReducedModel& model_;
   std::unique_ptr<PresentMachine> present_;
@@ -78,6 +87,10 @@ private:
   compensation::OnlineModel& online_;
   double zero_ = 0;  ///< s, of the program's start on the model's clock
   ErrorField field_;
+  PredictionOptions options_;
+  std::unique_ptr<CycleDrift> drift_;  ///< of a series of parts
+  std::unique_ptr<ErrorField> ahead_;  ///< from the state of now to that of an endless series
+  int part_ = -1;                      ///< of the last cutting move
   std::function<void(const PredictedMove&)> take_;
   std::vector<Timed> pending_;
 };

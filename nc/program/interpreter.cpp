@@ -194,15 +194,37 @@ void require_text(const std::filesystem::path& path) {
   if (blank) throw InputError(path.string(), "an empty file", "an NC program, which ends with M2, M30 or %");
 }
 
+/// What is allowed where the interpreter refuses a line, by its words.
+std::string allowed_for(const std::string& says, const ControlProfile& control) {
+  static constexpr std::pair<const char*, const char*> remedies[] = {
+      {"not found in the tool table", "tools as [[tool]] of the control profile (--control) or as a table (--tools)"},
+      {"Python", "comments without Python, which is never run"},
+      {"zero feed rate", "a feed rate F above 0 in this line or before it"},
+      {"F word missing", "F in each line of inverse time (G93) that moves at feed"},
+      {"Radius to end of arc", "a centre (I, J, K) that is equally far from the arc's start and end"},
+      {"radius too small", "an arc radius R of at least half of the distance from its start to its end"},
+      {"same as end point of arc", "a whole circle with its centre I, J, K; R needs two points"},
+      {"i j k words all missing", "arcs with a radius R or with a centre I, J, K"},
+      {"R clearance plane", "R, the height to which a cycle retracts, in its first line"},
+      {"Q word missing", "Q, the depth of a peck, in the first line of the cycle"},
+      {"Dwell time missing", "P, the dwell in s, in the line of G4"},
+      {"Multiple", "each letter once in a line, but for G and M"},
+      {"same modal group", "one G or M word of each modal group in a line"},
+      {"divide by zero", "a divisor other than 0"},
+      {"no percent sign", "M2 or M30 as the last line that runs, or % in the first and last line"},
+      {"seeking o-word", "subprograms in the program or in files of its folder (--folder)"},
+      {"spline", "lines and arcs: G0, G1, G2, G3"}};
+  for (const auto& [words, allowed] : remedies)
+    if (says.find(words) != std::string::npos) return allowed;
+  return "the words that LinuxCNC's interpreter and the control profile '" + control.name + "' know";
+}
+
 [[noreturn]] void refuse(const Record& error, const std::string& file, const std::filesystem::path& folder,
                          const ControlProfile& control) {
   const std::string place = fmt::format("{}:{}", file, std::max<std::uint32_t>(error.line, 1));
   const std::string text(error.text);
   switch (static_cast<Stop>(error.index)) {
-    case Stop::program:
-      if (text.find("not found in the tool table") != std::string::npos)
-        throw InputError(place, text, "tools as [[tool]] of the control profile (--control) or as a table (--tools)");
-      throw InputError(place, text, "what LinuxCNC's interpreter and the control profile '" + control.name + "' know");
+    case Stop::program: throw InputError(place, text, allowed_for(text, control));
     case Stop::file:
       throw InputError(place, "the file " + text + " is outside of the folder, or cannot be read",
                        "programs and subprograms below " + folder.string());
@@ -237,8 +259,9 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
   const std::filesystem::path helper = options.helper.empty() ? find_helper() : options.helper;
   if (helper.empty())
     throw core::UsageError(
-        "nc: this program was built without LinuxCNC's interpreter; install linuxcnc-uspace and linuxcnc-uspace-dev "
-        "and build again");
+        "nc: LinuxCNC's interpreter (thermotwin_rs274) is not beside this program; install the package thermotwin-nc, "
+        "or "
+        "build where linuxcnc-uspace and linuxcnc-uspace-dev are installed, and install the component nc");
   require_text(options.program);
   std::optional<TranslatedProgram> translated;
   if (control.dialect == Dialect::siemens) translated.emplace(options.program, control, options.axis_mask);

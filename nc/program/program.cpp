@@ -88,7 +88,11 @@ public:
     }
   }
 
-  ProgramSummary summary() { return std::move(summary_); }
+  ProgramSummary summary() {
+    summary_.end = state_;
+    summary_.frame = frame_;
+    return std::move(summary_);
+  }
 
 private:
   std::string place() const { return fmt::format("{}:{}", summary_.files[state_.file], state_.line); }
@@ -275,7 +279,10 @@ private:
         break;
       case Setting::flood: state_.flood = value != 0.0; break;
       case Setting::mist: state_.mist = value != 0.0; break;
-      case Setting::dwell: pause(Pause::Kind::dwell, value); break;
+      case Setting::dwell:
+        state_.dwelt += value;
+        pause(Pause::Kind::dwell, value);
+        break;
       case Setting::tool_change:
         state_.tool = static_cast<int>(value);
         ++state_.operation;

@@ -29,6 +29,7 @@ struct MoveState {
   double spindle_rpm = 0;   ///< negative: counterclockwise
   bool flood = false, mist = false;
   bool tcp = false;  ///< tool centre point control
+  double dwelt = 0;  ///< s, of all dwells so far
 };
 
 /// Offsets that lie between the program's coordinates and the axes.
@@ -89,6 +90,8 @@ struct ProgramSummary {
   std::vector<std::string> files;
   long moves = 0, blocks = 0, tool_changes = 0, stops = 0;
   long traverses = 0, feeds = 0, arcs = 0;
+  MoveState end;  ///< behind the last line, as the frame
+  Frame frame;
 };
 
 /// @throws InputError: see interpret(); arcs whose radii differ; a feed without a feed rate

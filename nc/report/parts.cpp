@@ -20,6 +20,10 @@ void Parts::add(const PredictedMove& move) {
     part.start = move.time;
   }
   ++part.moves;
+  if (move.ahead_um.size() > 0) {
+    if (part.ahead.size() == 0) part.ahead = Eigen::ArrayXd::Zero(offset.size());
+    part.ahead += move.ahead_um.array();
+  }
   part.sum += offset;
   part.low = part.low.min(offset);
   part.high = part.high.max(offset);
@@ -50,20 +54,11 @@ int Parts::first_good(double within_um) const {
 }
 
 double Parts::drift_ahead() const {
-  constexpr double infinite = std::numeric_limits<double>::infinity(), slowest = 0.95, still_um = 1e-3;
-  const auto count = std::ssize(parts_);
-  if (count < 3) return infinite;
-  const auto mean = [&](Eigen::Index i) { return std::next(parts_.begin(), i)->second.mean(); };
-  const Eigen::Index half = (count - 1) / 2, last = count - 1;
-  const Eigen::ArrayXd before = (mean(last - half) - mean(last - 2 * half)).abs();
-  const Eigen::ArrayXd after = (mean(last) - mean(last - half)).abs();
-  double most = 0.0;
-  for (Eigen::Index i = 0; i < after.size(); ++i) {
-    if (after[i] < still_um) continue;
-    const double ratio = after[i] / before[i];
-    most = std::max(most, ratio < slowest ? after[i] * ratio / (1.0 - ratio) : infinite);
-  }
-  return most;
+  const Part* last = parts_.empty() ? nullptr : &parts_.rbegin()->second;
+  if (parts_.size() < 2 || last->ahead.size() == 0) return std::numeric_limits<double>::infinity();
+  // It counts from the period before the last part.
+  const Eigen::ArrayXd before = std::next(parts_.rbegin())->second.mean();
+  return (before + last->ahead / (1.0 * last->moves) - last->mean()).abs().maxCoeff();
 }
 
 std::string unsettled_text(double drift_ahead_um, double tolerance_um, const std::string& unit) {

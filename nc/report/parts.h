@@ -16,6 +16,7 @@ struct Part {
   double start = 0, end = 0;  ///< s, of its cutting moves
   long moves = 0;
   Eigen::ArrayXd sum, low, high;  ///< (linear axes) um, of the offsets
+  Eigen::ArrayXd ahead;           ///< (linear axes) um, sum of what lies ahead; empty: not known
   Eigen::ArrayXd mean() const { return sum / static_cast<double>(moves); }
 };
 
@@ -25,9 +26,8 @@ public:
   std::string csv(const std::vector<std::string>& axes) const;
   /// The first part whose mean offsets, and those of all after it, are within a tolerance of the last part's; from 1.
   int first_good(double within_um) const;
-  /// Drift of the mean offsets that lies ahead behind the last part, um: each half of the series drifts as much less
-  /// than the one before as the second one does here. Infinite where it does not fall by a twentieth at least, and for
-  /// fewer than three parts.
+  /// Distance of the last part's mean offsets from those of an endless series, um, of the axis where it is largest
+  /// (CycleDrift). Infinite where it is not known: for fewer than two parts.
   double drift_ahead() const;
   /// s, of the first cutting move. @param part  from 1
   double start_of(int part) const { return parts_.at(part - 1).start; }

@@ -47,10 +47,16 @@ const PathPoint* worst_of(const PathPoints& path) {
 
 std::string headline(const Report& report, const PathPoints& path, const BeyondLimits& beyond) {
   const PathPoint* worst = worst_of(path);
+  int part = report.parts;
+  if (report.worst_before && (worst == nullptr || report.worst_before->error_um.norm() > worst->error_um.norm())) {
+    worst = &*report.worst_before;
+    part = report.worst_part;
+  }
   std::vector<std::string> sentences;
   if (worst != nullptr)
-    sentences.push_back(fmt::format("The largest TCP error of a cut is {:.1f} µm (± {:.1f}), in line {} after {}.",
-                                    worst->error_um.norm(), worst->std_um.norm(), worst->line, time_text(worst->time)));
+    sentences.push_back(fmt::format("The largest TCP error of a cut is {:.1f} µm (± {:.1f}), in line {}{} after {}.",
+                                    worst->error_um.norm(), worst->std_um.norm(), worst->line,
+                                    report.parts > 1 ? fmt::format(" of part {}", part) : "", time_text(worst->time)));
   if (report.first_good_part > 1)
     sentences.push_back(
         fmt::format("The first good part is number {}: its mean offsets and those of all later parts "

@@ -24,7 +24,10 @@ struct Report {
   long moves = 0, lines = 0;
   int parts = 1, first_good_part = 0;                          ///< 0: a single part
   double warm_up_s = 0, tolerance_um = 0, drift_ahead_um = 0;  ///< of a series; see Parts
-  std::string rewritten;                                       ///< words for the corrected program; empty: none
+  /// Of the parts before the last one, whose path is not drawn: the end of a cut with the largest error.
+  std::optional<PathPoint> worst_before;
+  int worst_part = 0;     ///< of it, from 1
+  std::string rewritten;  ///< words for the corrected program; empty: none
   std::vector<core::NextStep> next;
 };
 

@@ -25,10 +25,18 @@ Plane plane_of(const Arc& arc, const Frame& frame) {
   return {{1, 2}, {'J', 'K'}};
 }
 
+bool take_polar(ProgramLine& line) {
+  const bool polar = line.find('@') != nullptr || line.find('^') != nullptr;
+  line.remove('@');
+  line.remove('^');
+  return polar;
+}
+
 Nine write_end(ProgramLine& line, bool absolute, const Frame& frame, const Nine& at, const Nine& target, bool whole) {
   const double half = half_step(frame);
   const Nine now = frame.to_program(at), wanted = frame.to_program(target);
   Nine reached = wanted;
+  take_polar(line);
   for (int i = 0; i < 9; ++i) {
     const char letter = letters[i];
     const Word* word = line.find(letter);

@@ -22,6 +22,9 @@ struct Plane {
 };
 Plane plane_of(const Arc& arc, const Frame& frame);
 
+/// Takes the words @ and ^ of polar coordinates out of a line. @return whether there were any
+bool take_polar(ProgramLine& line);
+
 /// Writes the coordinates that bring the control to the target.
 /// @param absolute  the line's coordinates are absolute  @param at  where the control is, m and rad
 /// @param whole  every coordinate of the target is written that differs from where the control is

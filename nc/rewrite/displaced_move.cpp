@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,12 @@
 namespace thermotwin::nc {
 
 namespace units = core::units;
+
+namespace {
+
+constexpr double full_turn = 2.0 * std::numbers::pi;
+
+}  // namespace
 
 bool whole_turns(const Arc& arc) {
   const double turns = arc.angle / (2.0 * std::numbers::pi);
@@ -93,24 +100,41 @@ DisplacedMove::Follower DisplacedMove::follower(const Span& span) const {
   return follower;
 }
 
+/// The ends of an arc of about whole turns are so near that a displacement may change their order.
+bool DisplacedMove::nearly_closed() const {
+  const Arc& arc = move().arc;
+  if (move().kind != MoveKind::arc || whole_turns(arc) || arc.angle < 0.75 * full_turn) return false;
+  const double turns = arc.angle / full_turn, gap = std::abs(turns - std::round(turns)) * full_turn;
+  return gap * arc.end_radius < 4.0 * options_.largest_offset;
+}
+
 void DisplacedMove::split(const Span& span, int depth, std::vector<double>& ends) const {
   constexpr int deepest = 10;
   const Follower follower = this->follower(span);
-  bool bends = false;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const double part : {0.5, 0.25, 0.75}) {
+  bool bends = depth == 0 && nearly_closed();
+  const double turns = move().kind == MoveKind::arc ? move().arc.angle * (span.u1 - span.u0) / full_turn : 0.0;
+  std::vector<double> parts = {0.5, 0.25, 0.75};
+  for (int k = 1; turns > 1.0 + 1e-9 && k < 8.0 * turns; ++k) parts.push_back(k / (8.0 * turns));
+  for (const double part : parts) {
     const double u = span.share(part);
     const Eigen::Vector3d wanted = displacement(u);
-    if (part == 0.5) middle = wanted;
     const double off = (follower.displacement(span, part, AxisMotion::values_at(move(), u).head<3>()) - wanted).norm();
     bends = bends || off > options_.tolerance;
     // Far within the tolerance in the middle: the quarters are as well.
-    if (part == 0.5 && off < options_.tolerance / 8.0) break;
+    if (part == 0.5 && turns <= 1.0 + 1e-9 && off < options_.tolerance / 8.0) break;
+    if (bends) break;
   }
   if (bends && depth < deepest) {
-    const double u = 0.5 * (span.u0 + span.u1);
-    split({span.u0, u, span.d0, middle}, depth + 1, ends);
-    split({u, span.u1, middle, span.d1}, depth + 1, ends);
+    // Parts of an arc are at most two thirds of a turn, so that no displacement changes their number of turns.
+    const long count = std::max(2L, std::lround(std::ceil(1.5 * turns - 1e-9)));
+    Span part = span;
+    for (int k = 1; k <= count; ++k) {
+      part.u1 = k == count ? span.u1 : span.share(1.0 * k / count);
+      part.d1 = k == count ? span.d1 : displacement(part.u1);
+      split(part, depth + 1, ends);
+      part.u0 = part.u1;
+      part.d0 = part.d1;
+    }
     return;
   }
   ends.push_back(span.u1);

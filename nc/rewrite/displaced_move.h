@@ -48,6 +48,7 @@ private:
   /// The line or arc between displaced ends that the program can write.
   struct Follower;
   Follower follower(const Span& span) const;
+  bool nearly_closed() const;
   void split(const Span& span, int depth, std::vector<double>& ends) const;
 
   const PredictedMove& predicted_;

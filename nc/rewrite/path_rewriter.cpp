@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/text.h"
 #include "core/units.h"
@@ -53,12 +54,13 @@ Nine closed(const Nine& target, const Nine& at, const Source& source) {
 }  // namespace
 
 PathRewriter::PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
-                           std::function<void(const std::string&)> out)
+                           std::function<void(const std::string&)> out, std::function<void(const ExpectedMove&)> expect)
     : lines_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
       options_(options),
-      out_(std::move(out)) {
+      out_(std::move(out)),
+      expect_(std::move(expect)) {
   for (std::size_t i = 0; i < lines_.size() && flat_; ++i) {
     const ProgramLine line = lines_.line(i);
     flat_ = !(line.control || line.assigns || line.has('M', 98) || line.has('M', 99));
@@ -108,6 +110,10 @@ void PathRewriter::move() {
                 "one line or arc in a line, and the cycles G73, G81, G82, G83, G85, G89");
 }
 
+void PathRewriter::dwell(double seconds) {
+  if (!entries_.empty()) entries_.back().dwells.emplace_back(entries_.back().expected, seconds);
+}
+
 void PathRewriter::skipped() {
   if (!entries_.empty()) entries_.back().skipped = true;
 }
@@ -117,9 +123,10 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   const Move& move = displaced.move();
   if (!placed_) at_ = move.from;
   placed_ = true;
+  nominal_ = move.to;
   ++entry.done;
   if (entry.modes.machine) {
-    at_ = move.to;
+    machine_move(entry, displaced.source());
     return;
   }
   if (entry.modes.cycle) {
@@ -131,15 +138,22 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   std::vector<double> ends = {1.0};
   if (move.kind != MoveKind::traverse) ends = displaced.pieces(d0, d1);
 
+  const auto displaced_at = [&](double u) {
+    Nine point = AxisMotion::values_at(move, u);
+    point.head<3>() += displaced.displacement(u);
+    return point;
+  };
+  const bool arc = move.kind == MoveKind::arc;
   ProgramLine line = entry.line;
   const std::string words_at_end = ends.size() > 1 ? take_words_at_end(line) : "";
   std::string text;
   Piece piece;
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
     piece.end = ends[k];
-    piece.target = AxisMotion::values_at(move, piece.end);
-    piece.target.head<3>() += displaced.displacement(piece.end);
+    piece.target = displaced_at(piece.end);
+    if (arc) piece.middle = displaced_at(0.5 * (piece.begin + piece.end)).head<3>();
     write_piece(line, entry, displaced.source(), piece);
+    write_out_feed(line, entry, displaced.source());
     text += line.text + (line.end.empty() ? "\n" : line.end);
     line = ProgramLine::parse("", line.end);  // the rest of the line stays with its first piece
     piece.begin = piece.end;
@@ -147,6 +161,7 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   piece.end = 1.0;
   piece.target = move.to;
   piece.target.head<3>() += d1;
+  if (arc) piece.middle = displaced_at(0.5 * (piece.begin + piece.end)).head<3>();
   write_piece(line, entry, displaced.source(), piece);
   line.text += words_at_end;
   write_out_feed(line, entry, displaced.source());
@@ -160,14 +175,53 @@ void PathRewriter::write_piece(ProgramLine& line, const Entry& entry, const Sour
   const Move& move = source.move;
   const bool arc = move.kind == MoveKind::arc, circle = arc && piece.is_whole() && whole_turns(move.arc);
   const std::string before = line.text;
-  const Nine reached = write_end(line, entry.modes.absolute, source.frame, at_,
-                                 circle ? closed(piece.target, at_, source) : piece.target, piece.begin > 0.0);
+  const Nine target = circle ? closed(piece.target, at_, source) : piece.target;
+  const Nine reached = write_end(line, entry.modes.absolute, source.frame, at_, target, piece.begin > 0.0);
+  write_turns(line, move, piece);
+  expect(entry, source, piece, target);
   if (arc) write_arc(line, entry, source, piece, reached, line.text != before);
   if (entry.modes.inverse_time && !piece.is_whole() && move.kind != MoveKind::traverse) {
     const double speed = move.speed / move.length * units::minute / (piece.end - piece.begin);
     line.set('F', nc_number(speed, 4), "XYZABCUVWIJKG");
   }
   at_ = reached;
+}
+
+/// The word P of an arc counts turns: a piece is less than one.
+void PathRewriter::write_turns(ProgramLine& line, const Move& move, const Piece& piece) {
+  const Word* word = move.kind == MoveKind::arc ? line.find('P') : nullptr;
+  if (word == nullptr) return;
+  if (!piece.is_whole()) {
+    line.remove('P');
+  } else if (word->expression) {
+    line.set('P', fmt::format("{:.0f}", std::ceil(move.arc.angle / (2.0 * std::numbers::pi) - 1e-9)), "");
+  }
+}
+
+void PathRewriter::expect(const Entry& entry, const Source& source, const Piece& piece, const Nine& target) const {
+  const Move& move = source.move;
+  ExpectedMove expected = ExpectedMove::of(move, source.frame, target);
+  const Nine change = move.to - move.from;
+  const bool angles_alone = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
+  if (!entry.modes.inverse_time && !angles_alone) expected.speed = move.speed;
+  if (move.kind == MoveKind::arc) {
+    expected.angle = move.arc.angle * (piece.end - piece.begin);
+    std::copy(piece.middle.begin(), piece.middle.end(), expected.middle.begin());
+    expected.middle_within = 2.0 * options_.tolerance + 10.0 * half_step(source.frame) * source.frame.unit;
+  }
+  expect_(expected);
+}
+
+/// It stays as it is. Axes that it does not move keep their displacement.
+void PathRewriter::machine_move(const Entry& entry, const Source& source) {
+  const Move& move = source.move;
+  const bool all =
+      std::none_of(letters.begin(), letters.end(), [&](char letter) { return entry.line.find(letter) != nullptr; });
+  for (int i = 0; i < 9; ++i)
+    if (all || move.to[i] != move.from[i] || entry.line.find(letters[i]) != nullptr) at_[i] = move.to[i];
+  ExpectedMove expected = ExpectedMove::of(move, source.frame, at_);
+  expected.slack = summary_.largest_um * units::um;  // a point on the way of G28 is displaced
+  expect_(expected);
 }
 
 /// The centre of an arc that leads from where the control is to a point.
@@ -183,7 +237,7 @@ void PathRewriter::write_arc(ProgramLine& line, const Entry& entry, const Source
   const bool radius = line.find('R') != nullptr;
   const bool moved = a.norm() > 1e-9 || changed || !piece.is_whole();
   if (radius && !moved) return;
-  if (radius) line.remove({{'R', line.find('R')->value}});
+  if (radius) line.remove('R');
   const bool circle = piece.is_whole() && whole_turns(move.arc);
   const Eigen::Vector3d centre =
       circle ? Eigen::Vector3d(move.arc.centre + a) : centre_of(start, end, move.arc.centre + 0.5 * (a + b), normal);
@@ -214,7 +268,7 @@ void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced) {
       const double code = word.value;
       const bool cycle_word =
           word.letter == 'G' && (code == 73 || (code >= 81 && code <= 89) || code == 98 || code == 99);
-      if (cycle_word || std::string("XYZABCUVWRPQLKIJ").find(word.letter) != std::string::npos)
+      if (cycle_word || std::string("XYZABCUVWRPQLKIJ@^").find(word.letter) != std::string::npos)
         gone.emplace_back(word.letter, word.value);
     }
     rest.remove(gone);
@@ -226,17 +280,30 @@ void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced) {
   ProgramLine line = ProgramLine::parse(move.kind == MoveKind::traverse ? "G0" : "G1", "\n");
   at_ = write_end(line, true, displaced.source().frame, at_, target, true);
   entry.before += line.text + "\n";
+  ExpectedMove expected = ExpectedMove::of(move, displaced.source().frame, target);
+  expected.path_mode = 0;  // a cycle has its own
+  expect_(expected);
+  for (const auto& [behind, seconds] : entry.dwells)
+    if (behind == entry.done) entry.before += fmt::format("G4 P{}\n", nc_number(seconds, 4));
   if (entry.done == entry.expected && !entry.modes.absolute) entry.before += "G91\n";
   entry.edited = true;
 }
 
 /// A line that names where the control is: it moves nothing, nor may its displaced one.
-void PathRewriter::stay(Entry& entry) const {
+void PathRewriter::stay(Entry& entry) {
+  if (placed_ && !entry.skipped && entry.modes.machine)
+    for (int i = 0; i < 9; ++i)
+      if (entry.line.find(letters[i]) != nullptr) at_[i] = nominal_[i];
   if (!placed_ || entry.skipped || entry.modes.machine || entry.line.control || entry.line.assigns ||
       entry.line.has('G', 10) || entry.line.has('G', 4))
     return;
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
+  if (take_polar(line)) {
+    for (int i = 0; i < 2; ++i)
+      line.set(letters[i], nc_number(entry.modes.absolute ? now[i] : 0.0, decimals_of(entry.frame)), "XG");
+    entry.edited = true;
+  }
   for (int i = 0; i < 3; ++i) {
     const char letter = letters[i];
     const Word* word = line.find(letter);
@@ -276,6 +343,10 @@ void PathRewriter::emit(Entry& entry) {
     for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(lines_.raw(i));
     began_ = true;
   }
+  const bool words = std::any_of(entry.line.words.begin(), entry.line.words.end(),
+                                 [](const Word& word) { return word.letter != 'N'; });
+  if (entry.line.assigns && words && !entry.skipped)
+    refuse_path(entry.place, "a parameter that is set in a line with other words", "a line of its own for it");
   if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
   if (entry.skipped && !entry.line.words.empty()) return;
   if (entry.line.label && code_) return;  // of a subprogram
@@ -285,6 +356,7 @@ void PathRewriter::emit(Entry& entry) {
       if (word.expression)
         refuse_path(entry.place, fmt::format("an expression at {} of a line without a move", word.letter), "a number");
   if (entry.number == 0) return;
+  ended_ = ended_ || entry.line.has('M', 2) || entry.line.has('M', 30);
   count(entry.modes.cycle && entry.expected > 0 ? entry.before : entry.text + end);
 }
 
@@ -311,9 +383,14 @@ bool PathRewriter::finish() {
       out_(lines_.raw(written_));
       ++summary_.lines_after;
     }
-  } else if (began_ && is_percent(lines_, 0) && last_line(lines_) > 0 && is_percent(lines_, last_line(lines_))) {
-    out_("%\n");
-    ++summary_.lines_after;
+  } else {
+    const bool percent =
+        began_ && is_percent(lines_, 0) && last_line(lines_) > 0 && is_percent(lines_, last_line(lines_));
+    // A main program may end with M99, which goes with the subprograms.
+    if (percent || !ended_) {
+      out_(percent ? "%\n" : "M2\n");
+      ++summary_.lines_after;
+    }
   }
   if (summary_.largest_um > 0.05) return true;
   const double largest = summary_.largest_um;

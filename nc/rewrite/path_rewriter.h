@@ -17,6 +17,7 @@
 #include "nc/rewrite/displaced_move.h"
 #include "nc/rewrite/line_modes.h"
 #include "nc/rewrite/program_line.h"
+#include "nc/rewrite/read_back.h"
 #include "nc/rewrite/rewrite_options.h"
 
 namespace thermotwin::nc {
@@ -24,13 +25,15 @@ namespace thermotwin::nc {
 class PathRewriter {
 public:
   /// @param lines  of the program  @param name  for messages  @param out  receives the new text in parts
+  /// @param expect  receives each line and arc of the new text as it is meant
   PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
-               std::function<void(const std::string&)> out);
+               std::function<void(const std::string&)> out, std::function<void(const ExpectedMove&)> expect);
 
   /// In the interpreter's order.
   /// @param frame  before the line runs
   void block(const MoveState& state, const std::string& file, const Frame& frame);
-  void move();  ///< of the last block
+  void move();                 ///< of the last block
+  void dwell(double seconds);  ///< of the last block
   void skipped();
   /// In the same order, later.
   void predicted(const PredictedMove& move);
@@ -44,7 +47,8 @@ private:
     ProgramLine line;
     std::string place;
     std::size_t number = 0;
-    int expected = 0, done = 0;  ///< moves
+    int expected = 0, done = 0;                  ///< moves
+    std::vector<std::pair<int, double>> dwells;  ///< moves before each, s
     LineModes modes;
     bool skipped = false, settled = false;
     Frame frame;               ///< behind it
@@ -55,7 +59,8 @@ private:
   /// A line or arc that is written for a share of a move.
   struct Piece {
     double begin = 0, end = 1;
-    Nine target;  ///< m and rad
+    Nine target;                                       ///< m and rad
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< m, of an arc
     bool is_whole() const { return begin == 0.0 && end == 1.0; }
   };
 
@@ -64,11 +69,14 @@ private:
   void flush();
   void emit(Entry& entry);
   void edit(Entry& entry, const PredictedMove& predicted);
-  void stay(Entry& entry) const;
+  void stay(Entry& entry);
+  void machine_move(const Entry& entry, const Source& source);
   void cycle_move(Entry& entry, const DisplacedMove& displaced);
   void write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece);
   void write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached,
                  bool changed) const;
+  static void write_turns(ProgramLine& line, const Move& move, const Piece& piece);
+  void expect(const Entry& entry, const Source& source, const Piece& piece, const Nine& target) const;
   static void write_out_feed(ProgramLine& line, const Entry& entry, const Source& source);
 
   ProgramText lines_;
@@ -76,13 +84,16 @@ private:
   const AxisMotion& motion_;
   RewriteOptions options_;
   std::function<void(const std::string&)> out_;
+  std::function<void(const ExpectedMove&)> expect_;
   RewriteSummary summary_;
   bool flat_ = true;                                   ///< every line runs once, in order
   bool began_ = false, code_ = false;                  ///< a line, a line with words has left, where it is not flat
+  bool ended_ = false;                                 ///< a line with M2 or M30 has left, where it is not flat
   mutable std::map<std::string, ProgramText> others_;  ///< files of subprograms
   std::deque<Entry> entries_;
   std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat
   Nine at_;                  ///< where the rewritten program has the control, m and rad
+  Nine nominal_;             ///< where the program has it
   bool placed_ = false;
   LineModes modes_;  ///< behind the last line that ran
 };

@@ -82,7 +82,7 @@ void ProgramLine::read_words() {
       assigns = true;
       break;
     }
-    if (!is_letter(c)) {
+    if (!is_letter(c) && c != '@' && c != '^') {
       ++i;
       if (!is_space(c)) code_end = i;
       continue;
@@ -159,6 +159,16 @@ void ProgramLine::remove(const std::vector<std::pair<char, double>>& unwanted) {
     if (gone) text.erase(word.begin, word.end - word.begin);
   }
   read_words();
+}
+
+void ProgramLine::remove(char letter) {
+  while (const Word* word = find(letter)) {
+    const std::size_t begin = word->begin;
+    text.erase(begin, word->end - begin);
+    // One space is left where the word stood between two.
+    if (begin > 0 && begin < text.size() && is_space(text[begin]) && is_space(text[begin - 1])) text.erase(begin, 1);
+    read_words();
+  }
 }
 
 std::string nc_number(double value, int decimals) {

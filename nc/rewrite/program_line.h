@@ -15,7 +15,7 @@
 namespace thermotwin::nc {
 
 struct Word {
-  char letter = 0;                 ///< upper case
+  char letter = 0;                 ///< upper case; @ and ^ of polar coordinates
   std::size_t begin = 0, end = 0;  ///< in the text, from the letter on
   double value = 0;
   bool expression = false;  ///< #1, [1 + 2]: the value is not in the text
@@ -38,6 +38,7 @@ struct ProgramLine {
   /// Puts a word's number in its place, or adds the word behind the last one of the letters in `after` that is there.
   void set(char letter, const std::string& number, const std::string& after);
   void remove(const std::vector<std::pair<char, double>>& words);
+  void remove(char letter);  ///< expressions too
 
 private:
   void read_words();

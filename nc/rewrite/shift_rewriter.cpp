@@ -29,11 +29,12 @@ std::string label_of(const ProgramLine& line) {
 }  // namespace
 
 ShiftRewriter::ShiftRewriter(ProgramText lines, std::string name, const AxisMotion& motion,
-                             const RewriteOptions& options)
+                             const RewriteOptions& options, std::function<void(const ExpectedMove&)> expect)
     : lines_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
-      options_(options) {
+      options_(options),
+      expect_(std::move(expect)) {
   summary_.lines_before = summary_.lines_after = lines_.size();
   closed_.assign(lines_.size() + 1, false);
   std::map<std::string, std::pair<std::size_t, std::size_t>> spans;
@@ -67,6 +68,7 @@ void ShiftRewriter::block(const MoveState& state, const std::string& file, const
   line_ = state.line;
   unit_ = frame.unit;
   main_ = file == name_ && state.depth == 0;
+  if (main_) main_line_ = line_;
   moves_in_line_ = 0;
   retracts_ = false;
 }
@@ -74,18 +76,17 @@ void ShiftRewriter::block(const MoveState& state, const std::string& file, const
 void ShiftRewriter::move(const Move& move) {
   if (!moved_) {
     // The first update stands before the first line that moves, and before the loop or subprogram that it is in.
-    std::size_t line = main_ ? line_ : lines_.size();
+    std::size_t line = main_ ? line_ : main_line_;
     const auto units_in = [&](std::size_t at) {
       return at >= 1 && at <= lines_.size() && (lines_.line(at - 1).has('G', 20) || lines_.line(at - 1).has('G', 21));
     };
     if (units_in(line))
       throw core::InputError(fmt::format("{}:{}", name_, line), "the length unit in the first line that moves",
                              "G20 or G21 in a line before it, for --rewrite shift");
-    if (!main_)
-      for (line = 1; line < closed_.size() && !closed_[line];) ++line;
     while (line > 1 && !is_open(line)) --line;
     sections_.front().unit = unit_;
-    sections_.front().behind = is_open(line) && line != line_ ? line : line - 1;
+    const bool calls = !main_ && line == main_line_;
+    sections_.front().behind = is_open(line) && line != line_ && !calls ? line : line - 1;
   }
   moved_ = true;
   ++moves_in_line_;
@@ -98,6 +99,9 @@ void ShiftRewriter::predicted(const PredictedMove& predicted) {
   const Source& source = *predicted.timed->element.source;
   Section& section = sections_[section_of_.front()];
   section_of_.pop_front();
+  ExpectedMove expected = ExpectedMove::of(source.move, source.frame, source.move.to);
+  if (source.move.kind == MoveKind::arc) expected.angle = source.move.arc.angle;
+  expect_(expected);
   if (source.move.kind == MoveKind::traverse) return;
   Positions positions = predicted.end;
   for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
@@ -138,8 +142,10 @@ void ShiftRewriter::finish(const std::function<void(const std::string&)>& out) {
         const std::string number = nc_number((section.frame.work[i] + mean[i]) / unit, decimals);
         text += fmt::format(" {}{}", letters[i], number);
         used[i] = std::stod(number) * unit - section.frame.work[i];
+        largest_update_ = std::max(largest_update_, std::abs(used[i]));
       }
       updates[section.behind] = text;
+      updated_.insert(section.frame.work_number);
     }
     for (const Eigen::Vector3d& end : {section.low, section.high})
       largest_left_ = std::max(largest_left_, (end - used).cwiseAbs().maxCoeff() / units::um);

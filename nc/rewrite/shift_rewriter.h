@@ -8,19 +8,23 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "nc/motion/axis_motion.h"
 #include "nc/prediction/prediction.h"
 #include "nc/rewrite/program_line.h"
+#include "nc/rewrite/read_back.h"
 #include "nc/rewrite/rewrite_options.h"
 
 namespace thermotwin::nc {
 
 class ShiftRewriter {
 public:
-  ShiftRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options);
+  /// @param expect  receives each move of the program, which the new text displaces by largest_update() at most
+  ShiftRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
+                std::function<void(const ExpectedMove&)> expect);
 
   /// @param frame  before the line runs
   void block(const MoveState& state, const std::string& file, const Frame& frame);
@@ -31,6 +35,9 @@ public:
   const RewriteSummary& summary() const { return summary_; }
   /// (3) um, largest deviation of a cutting move's displacement from the update in use
   double largest_left_um() const { return largest_left_; }
+  /// Numbers of the work offsets that are updated
+  const std::set<int>& updated() const { return updated_; }
+  double largest_update() const { return largest_update_; }  ///< m, of an axis
 
 private:
   /// Moves between two places of an update.
@@ -53,10 +60,13 @@ private:
   std::deque<int> section_of_;       ///< of the moves that wait, in their order
   bool moved_ = false;               ///< a move has come
   std::size_t line_ = 0, last_ = 0;  ///< present line; last one
-  double unit_ = 1e-3;               ///< m, before the present line
+  std::size_t main_line_ = 0;        ///< last line of the main program that ran
+  std::set<int> updated_;
+  double unit_ = 1e-3;  ///< m, before the present line
   int moves_in_line_ = 0;
   bool retracts_ = false, main_ = true;
-  double largest_left_ = 0;
+  double largest_left_ = 0, largest_update_ = 0;
+  std::function<void(const ExpectedMove&)> expect_;
 };
 
 }  // namespace thermotwin::nc

@@ -138,7 +138,7 @@ void ARC_FEED(int line, double first_end_, double second_end_, double first, dou
   }
   state.position = to_machine(to);
 }
-void NURBS_FEED(int, std::vector<CONTROL_POINT>, unsigned int) { stop(Stop::program, "a NURBS (G5.2)"); }
+void NURBS_FEED(int, std::vector<CONTROL_POINT>, unsigned int) { stop(Stop::program, "a spline (G5, G5.1 or G5.2)"); }
 void SET_FEED_RATE(double rate) {
   state.feed = rate;
   write_setting(Setting::feed_rate, rate);

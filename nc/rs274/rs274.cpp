@@ -158,7 +158,8 @@ void run(InterpBase& interpreter, const Job& job) {
       write_values(Kind::end, static_cast<std::uint8_t>(depth), current_line(), nullptr, 0);
       return;
     }
-    if (!has_run()) write_setting(Setting::skipped, 1);
+    // M6 and M66 end a line before the interpreter tells that it ran.
+    if (!has_run() && done != INTERP_EXECUTE_FINISH) write_setting(Setting::skipped, 1);
     if (done == INTERP_EXECUTE_FINISH) interpreter.synch();
   }
   write_values(Kind::end, static_cast<std::uint8_t>(interpreter.call_level()), current_line(), nullptr, 0);

@@ -68,6 +68,7 @@ void write_values(Kind kind, std::uint8_t index, std::uint32_t line, const doubl
   }
   known[k] = static_cast<std::uint16_t>(known[k] | mask);
   append({kind, index, mask, line}, changed.data(), n * sizeof(double));
+  ran = true;  // a skipped line calls nothing
   if (kind == Kind::traverse || kind == Kind::feed || kind == Kind::arc || kind == Kind::tap || kind == Kind::probe) {
     idle = 0;
     if (++moves > most.moves) stop(Stop::moves, "");

@@ -296,6 +296,64 @@ TEST_F(NcRewrite, ToolCentrePointControlIsRespected) {
   expect_displaced("boat", "again", 1.5e-4);
 }
 
+// A tool change that does not move stays with all of its line where the program is written out.
+TEST_F(NcRewrite, ToolChangesThatDoNotMoveStay) {
+  toy.write("control.toml", "schema = 1\n[[tool]]\nnumber = 1\nlength_mm = 20\n[[tool]]\nnumber = 2\nlength_mm = 30\n");
+  const std::vector<std::string> how = {"--control", toy.file("control.toml"), "--start-C", "26"};
+  std::vector<std::string> rewrite = how;
+  rewrite.insert(rewrite.end(), {"--rewrite", "path", "--tolerance", "50"});
+  const std::string change = "T1 M6 G43 H1 S8000 M3 (first)\n";
+  const json before = run("G21 G90 G17 G54\n#1=5\n" + change +
+                              "G0 X#1 Y-20 Z30\nM66 P0 L0\no1 repeat [2]\nG91 G1 X1 F500\n"
+                              "G90\no1 endrepeat\nT2\nM6\nG43 H2\nM8\nG1 X20 F500\nM30\n",
+                          "tools", rewrite);
+  const std::string text = corrected("tools");
+  EXPECT_SAYS(text, "G21 G90 G17 G54\n" + change + "G0 X5.0");
+  EXPECT_SAYS(text, "T2\nM6\nG43 H2\nM8\n");
+  EXPECT_SAYS(text, "M66 P0 L0\n");
+  const json again = run(text, "again", how);
+  EXPECT_EQ(again["tool_changes"], before["tool_changes"]);
+  expect_displaced("tools", "again", 1.2e-4);
+}
+
+// An arc of several turns is split into parts of less than one turn: none keeps the number of turns.
+TEST_F(NcRewrite, TurnsOfASplitArcAreThoseOfTheProgram) {
+  for (const char* arc : {"G3 X-28 Y0 Z90 I-28 J0 P3", "G2 X28 Y0 Z80 I-28 J0 P2", "G2 X28 Y0.001 I-28 J0.0005"}) {
+    const std::string text = fmt::format("G21 G90 F6000\nG0 X28 Y0 Z20\n{}\nM2\n", arc);
+    const json before = run(text, "turns", {"--rewrite", "path", "--start-C", "34", "--tolerance", "0.1"});
+    EXPECT_GE(before["rewrite"]["split"], 1);
+    EXPECT_EQ(corrected("turns").find('P'), std::string::npos) << corrected("turns");
+    const json again = run(corrected("turns"), "again", {"--start-C", "34"});
+    for (const char* axis : {"X_mm", "Y_mm", "Z_mm"})
+      EXPECT_NEAR(again["travel"][axis].get<double>(), before["travel"][axis].get<double>(), 0.5) << arc << axis;
+  }
+}
+
+// Words that state a point in another way than the new coordinates go with them.
+TEST_F(NcRewrite, PolarWordsAndRadiiFromParametersAreWrittenOut) {
+  run("G21 G90 G17 F1000\nG1 @20 ^30\nG1 @25\nG91 ^10\nG90 G1 @5 ^0 Z40\n@5 ^0\nM2\n", "polar",
+      {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
+  EXPECT_EQ(corrected("polar").find_first_of("@^"), std::string::npos) << corrected("polar");
+  run(corrected("polar"), "again", {"--start-C", "26"});
+  expect_displaced("polar", "again", 1.2e-4);
+  const json summary = run("G21 G90 G17 F1000\n#<r>=28\n#2=900\nG0 X28 Y0 Z20\nG3 X-28 Y0 Z40 R#<r> F#2\nM2\n",
+                           "radius", {"--rewrite", "path", "--start-C", "34", "--tolerance", "0.1"});
+  EXPECT_GE(summary["rewrite"]["split"], 1);
+  EXPECT_EQ(corrected("radius").find('#'), std::string::npos) << corrected("radius");
+  EXPECT_EQ(corrected("radius").find('R'), std::string::npos) << corrected("radius");
+}
+
+// A dwell of a cycle stays, and a main program may end with M99.
+TEST_F(NcRewrite, DwellsOfCyclesAndTheEndStay) {
+  const std::vector<std::string> how = {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"};
+  const json before = run("G21 G90\nG0 X0 Y0 Z60\nG99 G82 X10 Y10 Z30 R55 P1.5 F600\nX20\nG80\nM2\n", "dwell", how);
+  const json again = run(corrected("dwell"), "again", {"--start-C", "26"});
+  EXPECT_NEAR(again["pause_s"].get<double>(), 3.0, 1e-9) << corrected("dwell");
+  EXPECT_NEAR(before["pause_s"].get<double>(), 3.0, 1e-9);
+  run("G21 G90\n#1=1\nG0 X#1 Z60\no1 if [#1 gt 0]\nG0 X5\nM30\no1 endif\nG0 X9\nM30\n", "branch", how);
+  EXPECT_TRUE(corrected("branch").ends_with("M30\n")) << corrected("branch");
+}
+
 TEST_F(NcRewrite, ShiftUpdatesTheWorkOffsetAtRetracts) {
   const std::string text =
       "G21 G90 G54 (two pockets)\nG0 X-80 Y-30\nG1 Z20 F500\nX-60\nG0 Z90\nX100 Y30\nG1 Z70\nX110\nG0 Z95\nM2\n";
@@ -340,6 +398,29 @@ TEST_F(NcRewrite, ShiftKnowsTheUnitAtEachUpdate) {
               summary["rewrite"]["largest_deviation_um"].get<double>() + 0.1)
         << i;
   }
+}
+
+// An update replaces the control's own work offset: one that nobody stated is named. None follows the program's end.
+TEST_F(NcRewrite, ShiftNamesWorkOffsetsThatAreNotStated) {
+  toy.write("control.toml", "schema = 1\n[[work_offset]]\nnumber = 2\nZ_mm = 10\n");
+  const auto warned = [&](const char* offset, const std::string& rest) {
+    toy.write("part.ngc", fmt::format("G21 G90 {}\n{}", offset, rest));
+    return toy.run({"nc", toy_model(), toy.file("part.ngc"), "--rewrite", "shift", "--start-C", "28", "--control",
+                    toy.file("control.toml"), "--start", "X=0,Y=0,Z=50", "--json"});
+  };
+  const std::string cut = "G0 X-80 Y-30\nG1 Z20 F500\nX-60\nG0 Z80\nM30\n";
+  const Result unstated = warned("G54", cut), stated = warned("G55", cut);
+  ASSERT_EQ(unstated.status + stated.status, 0) << unstated.err << stated.err;
+  EXPECT_SAYS(unstated.err, "warning: ");
+  EXPECT_SAYS(unstated.err, "G54 is not stated and taken to be zero");
+  EXPECT_EQ(json::parse(unstated.out)["rewrite"]["work_offsets_assumed_zero"], json::parse("[1]"));
+  EXPECT_EQ(stated.err.find("not stated"), std::string::npos) << stated.err;
+  EXPECT_EQ(json::parse(stated.out)["rewrite"]["work_offsets_assumed_zero"], json::array());
+  const Result sub = warned("G55", "M98 P7\nG0 Z80\nM30\nO7\nG0 X-80 Y-30\nG1 Z20 F500\nX-60\nM99\n");
+  ASSERT_EQ(sub.status, 0) << sub.err;
+  const std::string text = read(toy.result("part.corrected.ngc"));
+  EXPECT_LT(text.find("G10 L2 P2"), text.find("M98 P7")) << text;
+  EXPECT_EQ(text.find("G10", text.find("M30")), std::string::npos) << text;
 }
 
 TEST_F(NcRewrite, RefusesWhatItWouldGetWrong) {

@@ -131,5 +131,17 @@ TEST_F(NcSiemens, ARewrittenProgramIsRefused) {
   EXPECT_SAYS(result.err, "does not write programs of the control 'siemens'");
 }
 
+// A statement of control flow is not to be skipped: what it governs would then run once.
+TEST_F(NcSiemens, ControlFlowIsNotOfferedToBeSkipped) {
+  for (const char* line : {"WHILE TRUE", "LOOP", "REPEAT", "GOTOF ENDE", "ELSE"}) {
+    toy.write("flow.mpf", std::string("N1 G0 X1\n") + line + "\nM30\n");
+    const Result result = run("flow.mpf", "siemens", "flow");
+    EXPECT_EQ(result.status, 3) << line;
+    EXPECT_SAYS(result.err, "flow.mpf:2");
+    EXPECT_SAYS(result.err, "write out the lines that run");
+    EXPECT_EQ(result.err.find("[[word]]"), std::string::npos) << result.err;
+  }
+}
+
 }  // namespace
 }  // namespace thermotwin::cases

@@ -258,6 +258,20 @@ TEST_F(Nc, EveryRowIsAPhase) {
 
 TEST_F(Nc, AToolWithoutATableIsNamedWithTheRemedy) { EXPECT_SAYS(refused("G21 G90\nT1 M6\nM2\n").err, "[[tool]]"); }
 
+// Each refusal of the interpreter says what is allowed there.
+TEST_F(Nc, RefusalsOfTheInterpreterNameTheRemedy) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"F100\nG2 X5 Y5 I1 J0\n", "equally far from the arc's start and end"},
+      {"F100\nG2 X5 Y5\n", "arcs with a radius R or with a centre I, J, K"},
+      {"F100\nG2 X5 Y5 R1\n", "half of the distance"},
+      {"F0\nG1 X5\n", "a feed rate F above 0"},
+      {"(py, x = 1)\n", "comments without Python"},
+      {"F100\nG81 X1 Y1 Z-1\n", "R, the height to which a cycle retracts"},
+      {"F100\nG5 I0 J3 P0 Q-3 X1 Y1\n", "a spline (G5, G5.1 or G5.2); allowed: lines and arcs"},
+      {"G0 X1 X2\n", "each letter once in a line"}};
+  for (const auto& [lines, says] : cases) EXPECT_SAYS(refused(fmt::format("G21 G90\n{}M2\n", lines)).err, says);
+}
+
 // The same part over and over: a series is settled where little drift lies ahead, and says so where it is not.
 TEST_F(Nc, AShortSeriesIsNotTakenForASettledOne) {
   toy.write("part.ngc",
@@ -312,7 +326,9 @@ TEST_F(Nc, ASeriesOfPartsWarmsUp) {
   EXPECT_GT(good, 0) << "the first part is as good as the last one";
   EXPECT_LT(good, 5);
   EXPECT_EQ(summary["first_good_part"], good + 1);
-  EXPECT_EQ(summary["settled"], true) << summary["drift_ahead_um"];
+  // The parts look alike long before the machine is warm (NcSeries has the long series).
+  EXPECT_EQ(summary["settled"], false);
+  EXPECT_GT(summary["drift_ahead_um"].get<double>(), tolerance);
   EXPECT_NEAR(summary["warm_up_s"].get<double>(), parts.column("start_s")[good], 1e-5);
 }
 

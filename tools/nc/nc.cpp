@@ -102,6 +102,7 @@ public:
       nc::PredictionOptions prediction;
       prediction.start_C = options.start_C;
       prediction.interval = options.row_s;
+      prediction.parts = options.repeat;
       predictor_ = std::make_unique<nc::Predictor>(*twin.model, std::move(present), start_, prediction,
                                                    [this](const nc::PredictedMove& move) { take_predicted(move); });
       if (!options.no_page) content_ = std::make_unique<PageContent>(motion_, predictor_->limits());
@@ -120,7 +121,7 @@ public:
     read();
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
     if (corrected_) {
-      corrected_->finish();
+      corrected_->finish(program_, reading_);
       files.emplace_back(corrected_->name());
     }
     if (blocks) files.emplace_back("blocks.csv");
@@ -187,7 +188,7 @@ public:
   }
   std::string text() const {
     std::string text = fmt::format(
-        "nc: {:.1f} s: {:.1f} s cutting, {:.1f} s rapid, {:.1f} s standing; {} moves of {} lines, {} tool changes",
+        "nc: {:.1f} s: {:.1f} s cutting, {:.1f} s rapid, {:.1f} s standing; {} moves in {} lines run, {} tool changes",
         planner_.time(), cutting_, rapid_, paused_, program_.moves, program_.blocks, program_.tool_changes);
     if (predictor_ && largest_um_.size() > 0) {
       text += "\nlargest offset of a cutting move:";
@@ -256,12 +257,7 @@ private:
                      fmt::format("thermotwin compensate {} --in {}/rows.csv --out offsets.csv", model, out)});
     return steps;
   }
-  void read() {
-    nc::InterpreterOptions interpreter;
-    interpreter.program = options_.program;
-    interpreter.folder = options_.folder;
-    interpreter.start = motion_.letters_of(start_);
-    interpreter.axis_mask = motion_.axis_mask();
+  nc::ProgramSink program_sink() {
     nc::ProgramSink sink;
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
       if (file_ != block.file) file_ = block.file;
@@ -296,14 +292,22 @@ private:
       require_spindle(twin_.machine, pause.state, file_);
       state_ = pause.state;
       state_.part = part_;
+      if (corrected_ && rewrites_) corrected_->pause(pause);
       stand(pause.seconds);
     };
+    return sink;
+  }
+  void read() {
+    reading_.program = options_.program;
+    reading_.folder = options_.folder;
+    reading_.axis_mask = motion_.axis_mask();
+    const nc::ProgramSink sink = program_sink();
     last_ = start_;
     for (part_ = 0; part_ < options_.repeat; ++part_) {
       rewrites_ = part_ + 1 == options_.repeat;
       tcp_ = false;
-      interpreter.start = motion_.letters_of(last_);
-      program_ = nc::read_program(interpreter, control_, sink);
+      reading_.start = motion_.letters_of(last_);
+      program_ = nc::read_program(reading_, control_, sink);
       if (rewrites_ || !(options_.pause_s > 0.0)) continue;
       // It belongs to the last operation, with spindle and fluid off.
       state_.spindle_rpm = 0.0;
@@ -361,6 +365,7 @@ private:
   std::unique_ptr<PageContent> content_;
   nc::Operations operations_;
   nc::ProgramSummary program_;
+  nc::InterpreterOptions reading_;
   std::unique_ptr<CorrectedProgram> corrected_;
   std::string file_;
   nc::MoveState state_;  ///< of the last element

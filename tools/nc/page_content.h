@@ -2,6 +2,7 @@
 #pragma once
 // What the page of `nc` shows, collected along the program.
 
+#include <optional>
 #include <string>
 
 #include "nc/motion/axis_motion.h"
@@ -19,13 +20,15 @@ class PageContent {
 public:
   PageContent(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits);
   void add(const nc::PredictedMove& move);
-  std::string page(const nc::Report& report, const nc::Operations& operations, const nc::Parts& parts);
+  std::string page(nc::Report report, const nc::Operations& operations, const nc::Parts& parts);
 
 private:
   nc::PathPoints path_;
   nc::ErrorOverTime errors_;
   nc::BeyondLimits beyond_;
   nc::PathSamples samples_;
+  std::optional<nc::PathPoint> worst_before_;  ///< of the parts before the last one
+  int worst_part_ = 0;
 };
 
 }  // namespace thermotwin::tools
