@@ -33,11 +33,16 @@ std::vector<Item> sources(const mesh::Machine& machine, Kind kind) {
 }
 
 std::vector<Item> joints(const mesh::Machine& machine, Kind kind) {
-  const bool stiffness = kind == Kind::contact_stiffness;
+  const auto value_of = [&](const mesh::JointSpec& joint) {
+    if (kind == Kind::contact_stiffness) return joint.stiffness_normal;
+    return kind == Kind::contact_pressure ? joint.law.pressure : joint.conductance;
+  };
   std::vector<Item> items;
   for (const mesh::JointSpec& joint : machine.joints) {
-    if (stiffness && !(joint.stiffness_normal.value > 0.0)) continue;
-    items.push_back({joint.id, stiffness ? joint.stiffness_normal.std_percent : joint.conductance.std_percent});
+    const core::Uncertain value = value_of(joint);
+    // Without a stiffness or a law of pressure there is nothing that the kind may change.
+    if (kind != Kind::contact_conductance && !(value.value > 0.0)) continue;
+    items.push_back({joint.id, value.std_percent});
   }
   return items;
 }

@@ -127,6 +127,24 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
   node.finish();
 }
 
+solver::Case case_of(const core::Node& root, const fs::path& folder) {
+  const fs::path path = folder / root.text("case");
+  if (!fs::exists(fs::is_directory(path) ? path / "case.toml" : path)) {
+    throw core::InputError(root.place("case"), "no case '" + root.text("case") + "'",
+                           "a folder with case.toml, or a case.toml; absolute, or from the plan's folder");
+  }
+  return solver::read_case(path);
+}
+
+void require_size(const core::Node& root, const mesh::Machine& machine, const std::string& size) {
+  try {
+    mesh::size_factor(machine, size);
+  } catch (const core::InputError&) {
+    throw core::InputError(root.place("size"), "'" + size + "'",
+                           "coarse, standard, fine, or a factor from 0.01 to 100");
+  }
+}
+
 void require_loads(const core::Node& root, const StudyPlan& plan) {
   std::set<std::string> seen;
   const std::string place = root.has("loads") ? root.place("loads") : root.place();
@@ -148,7 +166,7 @@ StudyPlan read_variant_plan(const fs::path& path) {
   plan.path = path;
   plan.title = root.text("title");
   const fs::path folder = path.parent_path();
-  plan.machine_case = solver::read_case(folder / root.text("case"));
+  plan.machine_case = case_of(root, folder);
   if (!plan.machine_case.machine.has_tcp()) {
     throw core::InputError(root.place("case"), plan.machine_case.machine.path.string() + " without [tcp]",
                            "a machine with a TCP error");
@@ -158,7 +176,7 @@ StudyPlan read_variant_plan(const fs::path& path) {
   plan.sizes = root.has("size") ? root.texts("size") : std::vector<std::string>{plan.machine_case.size};
   std::set<std::string> sizes;
   for (const std::string& size : plan.sizes) {
-    mesh::size_factor(plan.machine_case.machine, size);
+    if (root.has("size")) require_size(root, plan.machine_case.machine, size);
     if (!sizes.insert(size).second) throw core::InputError(root.place("size"), "'" + size + "' twice", "each once");
   }
   if (plan.sizes.empty()) throw core::InputError(root.place("size"), "no size", "one size or more");

@@ -47,7 +47,8 @@ const KeyTable plan_file{
                   "machines."),
         key::whole("seed", 0, 2147483647, 1.0, "Seed of the draws."),
         key::whole("block", 1, 1000, 12.0, "Most variants that run side by side in one unit of work."),
-        key::tables("parameter", parameter_table, required, "One for each kind of parameter that differs."),
+        key::tables("parameter", parameter_table, Absent{"the machine as stated alone"},
+                    "One for each kind of parameter that differs."),
     }};
 
 }  // namespace

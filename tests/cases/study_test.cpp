@@ -213,6 +213,9 @@ TEST_F(StudyVariants, AUnitIsComputedOnceByWhateverTask) {
   const Result whole = run(two_units, {"--local"});
   ASSERT_EQ(whole.status, 0) << whole.err;
   EXPECT_EQ(json::parse(whole.out)["computed"], 2);
+  const std::string computed_by = json::parse(whole.out)["computed_by"];
+  EXPECT_SAYS(computed_by, " nodes");
+  EXPECT_EQ(json::parse(run(two_units, {"--gather"}).out)["computed_by"], computed_by);
   const auto files = files_in(study());
   fs::remove_all(study());
 
@@ -317,6 +320,10 @@ TEST_F(StudyVariants, ReducedIsSaidAndNear) {
   EXPECT_SAYS(read(study("reduced") / "report.html"), "reduced model");
   const Eigen::VectorXd ours = tcp(8, "reduced").column("dz_um"), theirs = tcp(8).column("dz_um");
   EXPECT_LT((ours - theirs).cwiseAbs().maxCoeff(), 0.05 * theirs.cwiseAbs().maxCoeff());
+  const Result replaced = run(three_kinds, {"--reduced"});
+  EXPECT_EQ(replaced.status, 0) << replaced.err;
+  EXPECT_SAYS(replaced.err, "were those of the full model and are replaced");
+  EXPECT_EQ(json::parse(run(three_kinds).out)["computed"], 0) << "the units of the full model stay";
   // The model itself changes with a material.
   const std::string expansion =
       "[[parameter]]\nkind = \"expansion_coefficient\"\nwhere = \"iron\"\nvalues = [1.0, 1.5]\n";
@@ -356,8 +363,8 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
        "3, and no parameter to draw", "0, or a parameter with range"},
       {"size = [\"coarse\", \"coarse\"]\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n",
        "plan.toml:4", "'coarse' twice", "each once"},
-      {"size = \"corse\"\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "corse", "corse",
-       "coarse"},
+      {"size = \"corse\"\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "plan.toml:4",
+       "'corse'", "coarse, standard, fine, or a factor"},
   };
   for (const Slip& slip : slips) {
     const Result result = run(slip.text);
@@ -365,12 +372,24 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
     for (const char* part : {slip.place, slip.value, slip.allowed}) EXPECT_SAYS(result.err, part) << slip.text;
     EXPECT_FALSE(fs::exists(study() / "units")) << slip.text;
   }
+  plan("");
+  toy_.edit("../plan.toml", "\"toy\"", "\"nowhere\"");
+  const Result nowhere = toy_.run({"study", "variants", toy_.file("../plan.toml"), "--quiet"});
+  EXPECT_EQ(nowhere.status, 3);
+  EXPECT_SAYS(nowhere.err, "plan.toml:2");
+  EXPECT_SAYS(nowhere.err, "no case 'nowhere'; allowed: a folder with case.toml");
   const std::string file = plan("[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n");
   toy_.edit("../plan.toml", "[\"short\"]", "[\"short\", \"short\"]");
   const Result twice = toy_.run({"study", "variants", file, "--quiet"});
   EXPECT_EQ(twice.status, 3);
   EXPECT_SAYS(twice.err, "plan.toml:3");
   EXPECT_SAYS(twice.err, "'short' twice; allowed: each load program once");
+}
+
+TEST_F(StudyVariants, APlanWithoutParametersRunsTheMachineAsStated) {
+  const Result made = run("");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out)["variants"], 1);
 }
 
 TEST_F(StudyVariants, DrawsOfAWideDeviationStayWithinTheKind) {

@@ -62,6 +62,8 @@ TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
   }
   EXPECT_DOUBLE_EQ(before, chosen);
   EXPECT_SAYS(read(study() / "report.html"), "order of ISO 230-3");
+  const std::string parameters = read(study() / "parameters.csv");
+  EXPECT_EQ(parameters.find("contact_pressure:"), std::string::npos) << "no joint of the toy has a pressure";
   EXPECT_SAYS(read(study() / "parameters.csv"), "coolant_coupling:main.spindle,10.00,");
 
   // The same command, the same bytes but for the time that it took.

@@ -53,8 +53,16 @@ Part part_of(const std::string& words) {
 struct Work {
   std::size_t computed = 0, kept = 0;
   std::vector<std::string> failed;
-  Eigen::Index nodes = 0;
 };
+
+/// Of the mesh of the last unit that was computed on the full model, whenever and by whatever task; nothing: unknown.
+std::optional<long> nodes_of(const fs::path& folder, const std::vector<study::Unit>& units) {
+  for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
+    const fs::path file = study::unit_folder(folder, *unit) / "nodes";
+    if (fs::exists(file)) return std::atol(core::read_file(file).c_str());
+  }
+  return std::nullopt;
+}
 
 std::string words_of(const study::Unit& unit, const study::StudyPlan& plan, const study::Design& design) {
   std::string words =
@@ -80,7 +88,10 @@ Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, 
     std::string message;
     try {
       if (known == hopeless.end()) {
-        ++(runner.run(unit) ? work.computed : work.kept);
+        const bool computed = runner.run(unit);
+        ++(computed ? work.computed : work.kept);
+        if (computed && runner.nodes() > 0)
+          core::write_file(study::unit_folder(how.study, unit) / "nodes", fmt::format("{}\n", runner.nodes()));
         continue;
       }
       message = known->second;
@@ -94,7 +105,6 @@ Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, 
     work.failed.push_back(words_of(unit, plan, design) + ": " + message);
     if (known == hopeless.end()) core::warn(work.failed.back());
   }
-  work.nodes = runner.nodes();
   if (work.computed + work.kept > 0 || work.failed.empty()) return work;
   const std::string none = "no variant can be computed: " + work.failed.front();
   if (unsolved) throw core::SolverError(plan.path.string() + ": " + none);
@@ -185,6 +195,18 @@ reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study
   return model;
 }
 
+/// Tables are those of the last run; the units of both models stay.
+void warn_of_other_model(const fs::path& folder, bool reduced) {
+  if (!fs::exists(folder / "study.json")) return;
+  const json before = json::parse(core::read_file(folder / "study.json"), nullptr, false);
+  const std::string model = before.is_object() ? before.value("model", "") : "";
+  if (model.empty() || (model == "reduced") == reduced) return;
+  core::warn(
+      fmt::format("the tables in {} were those of the {} model and are replaced; its units stay, so that a run "
+                  "{} --reduced brings them back",
+                  folder.string(), model, reduced ? "without" : "with"));
+}
+
 }  // namespace
 
 void study_variants(const StudyVariantsOptions& given) {
@@ -225,8 +247,9 @@ void study_variants(const StudyVariantsOptions& given) {
     how.reduced = model ? &*model : nullptr;
     how.checkpoint_s = options.checkpoint_every_s;
     work = compute(options, plan, design, units, how);
-    if (work.nodes > 0) computed_by = fmt::format("{} nodes", work.nodes);
   }
+  if (!options.reduced)
+    if (const auto nodes = nodes_of(folder, units)) computed_by = fmt::format("{} nodes", *nodes);
   json summary = {{"variants", design.variants.size()},
                   {"units", units.size()},
                   {"computed", work.computed},
@@ -241,6 +264,7 @@ void study_variants(const StudyVariantsOptions& given) {
         options, fmt::format("part {}: {} units computed, {} done before\n", options.part, work.computed, work.kept),
         summary.dump());
   }
+  warn_of_other_model(folder, options.reduced);
   const study::VariantStudy results = study::gather(folder, plan, design, units);
   study::write_results(folder, plan, design, results);
   summary["groups"] = json_of(results);
