@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Debian packages by CPack: thermotwin (program, cases, documents) and thermotwin-dev (headers, libraries, examples).
+# Debian packages by CPack: thermotwin (program, cases, documents), thermotwin-dev (headers, libraries, examples) and,
+# where LinuxCNC is installed, thermotwin-nc (the helper of the verb nc).
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME thermotwin)
 set(CPACK_PACKAGE_CONTACT "thermotwin maintainers")
@@ -8,13 +9,16 @@ set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL program development)
+if(TARGET thermotwin_rs274)
+  list(APPEND CPACK_COMPONENTS_ALL nc)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME thermotwin)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "calculix-ccx, paraview, xvfb, xauth")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "thermotwin-nc, calculix-ccx, paraview, xvfb, xauth")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "A transient thermo-elastic finite-element model of a machine tool, reduced to a small
 state-space model that predicts the error at the tool centre point beside a control,
@@ -30,6 +34,10 @@ libeigen3-dev, libfmt-dev, libhdf5-dev, libmuparser-dev, libopenblas-dev, libsui
 nlohmann-json3-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
   "Headers, static libraries, a CMake package and numbered example programs.")
+
+set(CPACK_DEBIAN_NC_PACKAGE_NAME thermotwin-nc)
+set(CPACK_DEBIAN_NC_PACKAGE_DEPENDS "thermotwin (= ${PROJECT_VERSION}), linuxcnc-uspace")
+set(CPACK_COMPONENT_NC_DESCRIPTION "LinuxCNC's interpreter as a helper process of `thermotwin nc`.")
 
 # A package for newer processors is refused by others before anything is installed.
 if(THERMOTWIN_ARCH STREQUAL "x86-64-v3")

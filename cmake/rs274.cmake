@@ -13,7 +13,7 @@ if(LINUXCNC_INCLUDE AND RS274_LIBRARY AND PYPLUGIN_LIBRARY)
   target_link_libraries(thermotwin_rs274 PRIVATE ${RS274_LIBRARY} ${PYPLUGIN_LIBRARY} ${CMAKE_DL_LIBS})
   set_target_properties(thermotwin_rs274 PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
   add_dependencies(thermotwin_nc thermotwin_rs274)  # who builds the program has its helper as well
-  # Not part of the Debian packages: they would need LinuxCNC.
+  # A package of its own, since it needs LinuxCNC.
   install(TARGETS thermotwin_rs274 RUNTIME DESTINATION ${thermotwin_module_dir} COMPONENT nc)
 else()
   message(STATUS "linuxcnc-uspace-dev is not installed: without the verb nc")

@@ -68,7 +68,7 @@ void export_matrices(const ExportOptions& options, const solver::Case& machine_c
 
 void export_model(const ExportOptions& options) {
   if (options.calculix == options.matrices)
-    throw core::UsageError("export needs exactly one of --calculix, --matrices, --c and --fmu");
+    throw core::UsageError("export needs exactly one of --calculix, --matrices, --c, --fmu and --linuxcnc");
   const solver::Case machine_case = open_machine(options);
   if (options.matrices) return export_matrices(options, machine_case);
   const mesh::Machine& machine = machine_case.machine;

@@ -204,6 +204,11 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
     law.by_pressure = read_curve(node, "pressure_at_MPa", "pressure_factor", megapascal);
   } else {
     refuse(node, "pressure_factor", "together with pressure_at_MPa");
+    if (!node.has("nominal_pressure_MPa")) {
+      throw InputError(node.place("pressure_MPa"), "a pressure without a law",
+                       "nominal_pressure_MPa, the pressure at which the conductance holds, or a table pressure_at_MPa "
+                       "with pressure_factor beside it");
+    }
     law.nominal_pressure = node.number("nominal_pressure_MPa") * megapascal;
     law.exponent = node.number("pressure_exponent");
   }

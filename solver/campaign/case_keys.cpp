@@ -32,7 +32,9 @@ const KeyTable measured_machine{
         key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required,
                   "Kind of the hidden effect."),
         key::text("where", required, "Id of the source, film or joint that has it."),
-        key::number("factor", "1", positive, required, "Its value as a ratio to nominal."),
+        key::number(
+            "factor", "1", positive, required,
+            "Factor on its value in the measured machine, whose own value has been drawn about nominal before."),
         key::whole("seed", 0, 1'000'000'000, 7.0, "Seed of the perturbed parameters and the noise."),
         key::number("size_factor", "1", positive, 0.8, "Its element sizes relative to the case's mesh."),
         key::number("refine", "1", positive, 0.8, "Its time steps relative to the load's."),

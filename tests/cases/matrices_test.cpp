@@ -40,16 +40,16 @@ TEST(Matrices, AreReducedToFilesOfTheSameForm) {
   const Result result = matrices.reduce({"--json", "--quiet", "--compare", "--order", "2"});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  const auto json = nlohmann::json::parse(result.out);
-  EXPECT_EQ(json["n"], 3);
-  EXPECT_EQ(json["inputs"], 1);
-  EXPECT_EQ(json["outputs"], 1);
-  EXPECT_EQ(json["order"], 2);
-  EXPECT_TRUE(json["stable"].get<bool>());
-  ASSERT_EQ(json["hankel_singular_values"].size(), 3U);
-  EXPECT_DOUBLE_EQ(json["bound"].get<double>(), 2 * json["hankel_singular_values"][2].get<double>());
-  EXPECT_LE(json["hinf_error_sampled"].get<double>(), json["bound"].get<double>() * (1 + 1e-6));
-  EXPECT_NEAR(json["hinf_norm_sampled"].get<double>(), 1.0 + 0.1 + 1e-6, 1e-12);
+  const auto summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["n"], 3);
+  EXPECT_EQ(summary["inputs"], 1);
+  EXPECT_EQ(summary["outputs"], 1);
+  EXPECT_EQ(summary["order"], 2);
+  EXPECT_TRUE(summary["stable"].get<bool>());
+  ASSERT_EQ(summary["hankel_singular_values"].size(), 3U);
+  EXPECT_DOUBLE_EQ(summary["bound"].get<double>(), 2 * summary["hankel_singular_values"][2].get<double>());
+  EXPECT_LE(summary["hinf_error_sampled"].get<double>(), summary["bound"].get<double>() * (1 + 1e-6));
+  EXPECT_NEAR(summary["hinf_norm_sampled"].get<double>(), 1.0 + 0.1 + 1e-6, 1e-12);
   for (const char* name : {"E.mtx", "A.mtx", "B.mtx", "C.mtx", "system.rom.h5"})
     EXPECT_TRUE(std::filesystem::exists(matrices.out() / name)) << name;
 
@@ -58,7 +58,7 @@ TEST(Matrices, AreReducedToFilesOfTheSameForm) {
                                    (matrices.out() / "again").string(), "--json", "--quiet", "--order", "2"});
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_NEAR(nlohmann::json::parse(again.out)["hankel_singular_values"][0].get<double>(),
-              json["hankel_singular_values"][0].get<double>(), 1e-12);
+              summary["hankel_singular_values"][0].get<double>(), 1e-12);
 }
 
 TEST(Matrices, TheTextSaysOrderBoundAndTrueError) {
@@ -76,9 +76,9 @@ TEST(Matrices, FilmsHaveNamesAndValues) {
   matrices.write("A_film_air", coordinate + "3 3 1\n1 1 -1\n");
   const Result result = matrices.reduce({"--film", "air=0,9", "--json", "--quiet"});
   ASSERT_EQ(result.status, 0) << result.err;
-  const auto json = nlohmann::json::parse(result.out);
-  ASSERT_EQ(json["points"].size(), 2U);
-  EXPECT_EQ(json["points"][1]["films"]["air"], 9.0);
+  const auto summary = nlohmann::json::parse(result.out);
+  ASSERT_EQ(summary["points"].size(), 2U);
+  EXPECT_EQ(summary["points"][1]["films"]["air"], 9.0);
   EXPECT_TRUE(std::filesystem::exists(matrices.out() / "A_film_air.mtx"));
   const Result unknown = matrices.reduce({"--film", "ar=1"});
   EXPECT_EQ(unknown.status, 3);

@@ -16,8 +16,7 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
                   ->check(CLI::IsMember({2, 3}));
   auto* linuxcnc = verb.add_option("--linuxcnc", exported.linuxcnc,
                                    "INI file of a LinuxCNC configuration: write model, pins, guard and the pieces of "
-                                   "HAL and INI for it to the folder --out.")
-                       ->check(CLI::ExistingFile);
+                                   "HAL and INI for it to the folder --out.");
   matrices.excludes(source)->excludes(fmu)->excludes(linuxcnc);
   source->excludes(fmu)->excludes(linuxcnc);
   fmu->excludes(linuxcnc);
