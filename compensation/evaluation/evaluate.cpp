@@ -33,13 +33,15 @@ using Eigen::VectorXd;
 constexpr double nothing_trains = -1.0;  // as train_until_s
 
 void require_displacements(const Measurement& measurement) {
-  if (measurement.data.rows() < 2)
-    throw InputError(measurement.data.source, "one row", "at least two rows; models are judged over time");
-  if (std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                  [](const auto& c) { return c.kind == ChannelKind::displacement; }))
-    return;
-  throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
-                   "at least one; models are compared on displacements");
+  if (std::none_of(measurement.channels.begin(), measurement.channels.end(),
+                   [](const auto& c) { return c.kind == ChannelKind::displacement; })) {
+    throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
+                     "at least one; models are compared on displacements");
+  }
+  if (const Index rows = measurement.data.rows(); rows < 2) {
+    throw InputError(measurement.data.source, fmt::format("{} row{}", rows, rows == 1 ? "" : "s"),
+                     "at least two rows; models are judged over time");
+  }
 }
 
 void require_channels(const std::vector<std::string>& check, const Measurement& measurement) {

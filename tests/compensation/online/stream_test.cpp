@@ -144,7 +144,7 @@ TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
   expect_input_error(with("time_s,air.T_C\n,20\n"), {"rows.csv:2", "time_s"});
   expect_input_error(with("time_s\n5\n4\n"), {"rows.csv:3", "backwards", "4 s after 5 s"});
   expect_input_error(with("time_s\n5\n5\n"), {"rows.csv:3", "stands still"});
-  expect_input_error(with("time_s,air.T_C\n0\n"), {"rows.csv:2", "1 cells", "2"});
+  expect_input_error(with("time_s,air.T_C\n0\n"), {"rows.csv:2", "1 cell;", "2"});
   expect_input_error(with("time_s,air.T_C\n0,20\n60,20,7\n"), {"rows.csv:3", "3 cells", "2"});
   expect_input_error(with("time_s,air.T_C\n0,warm\n"), {"rows.csv:2 air.T_C", "'warm'"});
   expect_input_error(with("time_s,air.T_C\n0,1e999\n"), {"rows.csv:2 air.T_C"});
@@ -193,7 +193,7 @@ TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
   EXPECT_EQ(rows[4].substr(0, rows[4].rfind(',')), rows[3].substr(0, rows[3].rfind(',')));
   EXPECT_EQ(rows[5].substr(0, rows[5].rfind(',')), rows[3].substr(0, rows[3].rfind(',')));
   // Rows that never fit the header are another file's.
-  expect_input_error([] { streamed("time_s,air.T_C\n0\n60\n"); }, {"rows.csv:2", "1 cells", "2"});
+  expect_input_error([] { streamed("time_s,air.T_C\n0\n60\n"); }, {"rows.csv:2", "1 cell;", "2"});
   expect_input_error([] { streamed("time_s\n5\n4\n"); }, {"backwards"});
 }
 
@@ -386,7 +386,7 @@ TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
 #endif
   run(rows);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("  %.0f rows/s at order %d, %ld kB more than before\n", static_cast<double>(rows) / seconds,
+  std::printf("  %.0f rows/s at order %ld, %ld kB more than before\n", static_cast<double>(rows) / seconds,
               nominal().system.order(), resident_kB() - before);
   if (memory_is_ours) {
     EXPECT_LT(resident_kB() - before, 2000);
