@@ -25,9 +25,13 @@ const MeasuredChannel& temperature_named(const Measurement& measurement, const s
   std::vector<std::string> known;
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind != ChannelKind::temperature) continue;
-    if (channel.id == id || channel.id == id + ".T_C" || channel.input == id + ".T_C") return channel;
+    if (channel.id == id) return channel;
     known.push_back(channel.id);
   }
+  // The temperature of an ambient goes by the ambient's name as well.
+  for (const MeasuredChannel& channel : measurement.channels)
+    if (channel.kind == ChannelKind::temperature && (channel.id == id + ".T_C" || channel.input == id + ".T_C"))
+      return channel;
   throw InputError(measurement.folder.string(), "temperature channel '" + id + "'",
                    known.empty() ? "none: the record has no temperature"
                                  : "one of: " + core::join(known) + " (nearest: " + core::nearest(id, known) + ")");

@@ -60,6 +60,15 @@ TEST(ThermalTable, RangesAndGradients) {
   EXPECT_TRUE(std::isnan(thermal_table(etve(), "").rows[0].gradient));
 }
 
+TEST(ThermalTable, AnAmbientGoesByItsNameToo) {
+  Measurement measurement = etve();
+  measurement.channels[0].id = "air.T_C";
+  EXPECT_NEAR(thermal_table(measurement, "air").rows[0].gradient, -1.8, 1e-9);
+  measurement.channels[0].id = "T7";
+  measurement.channels[0].input = "air.T_C";
+  EXPECT_NEAR(thermal_table(measurement, "air").rows[0].gradient, -1.8, 1e-9);
+}
+
 TEST(ThermalTable, SlipsAreNamed) {
   const auto refused = [](const Measurement& measurement, const std::string& ambient, const std::string& word) {
     try {
