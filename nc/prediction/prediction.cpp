@@ -95,7 +95,7 @@ void Predictor::add(const Timed& timed) {
 
 void Predictor::row(const Row& row) {
   const Eigen::VectorXd channels = row_channels(model_.machine, online_.channels().names(), row);
-  const Eigen::VectorXd before = online_.state();
+  const Eigen::VectorXd before = drift_ ? online_.state() : Eigen::VectorXd();
   step(row.to, channels);
   if (row.to - row.from < options_.interval * (1.0 - 1e-9)) end_short_step(row, channels);
   advance_field();

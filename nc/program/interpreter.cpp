@@ -260,8 +260,7 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
   if (helper.empty())
     throw core::UsageError(
         "nc: LinuxCNC's interpreter (thermotwin_rs274) is not beside this program; install the package thermotwin-nc, "
-        "or "
-        "build where linuxcnc-uspace and linuxcnc-uspace-dev are installed, and install the component nc");
+        "or build where linuxcnc-uspace and linuxcnc-uspace-dev are installed, and install the component nc");
   require_text(options.program);
   std::optional<TranslatedProgram> translated;
   if (control.dialect == Dialect::siemens) translated.emplace(options.program, control, options.axis_mask);
