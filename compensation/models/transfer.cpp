@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/transfer.h"
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,8 +58,6 @@ VectorXd filtered_by_poles(const VectorXd& u, const VectorXd& f, bool settled = 
   }
   return y;
 }
-
-VectorXd solve(const MatrixXd& rows, const VectorXd& right) { return core::minimum_norm_solution(rows, right); }
 
 /// What is chosen by the data.
 struct Structure {
@@ -132,7 +130,7 @@ private:
         for (Index j = 1; j <= noise_terms; ++j) x(r, column++) = past(innovation, k, j);
         z[r] = target_[k];
       }
-      const VectorXd found = solve(x, z);
+      const VectorXd found = core::minimum_norm_solution(x, z);
       const VectorXd residual = z - x * found;
       innovation.setZero();
       for (Index r = 0; r < x.rows(); ++r) innovation[rows[r]] = residual[r];
