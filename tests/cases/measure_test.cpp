@@ -34,6 +34,18 @@ TEST(Measure, BudgetsByBothMethods) {
     EXPECT_SAYS(text.out, words);
 }
 
+// A length of 50 mm in nm with an uncertainty of 25 nm needs eight digits.
+TEST(Measure, BudgetsHaveTheDigitsOfTheirUncertainty) {
+  const Toy toy;
+  toy.write("length.toml",
+            "schema = 1\ninput = [{name = \"a\", unit = \"nm\", value = 50000623, std = 25}]\n"
+            "quantity = [{name = \"l\", unit = \"nm\", formula = \"a + 215\"}]\n");
+  const Result text = toy.run({"measure", "uncertainty", toy.file("length.toml")});
+  ASSERT_EQ(text.status, 0) << text.err;
+  EXPECT_SAYS(text.out, "50000838");
+  EXPECT_SAYS(text.out, "50000789");
+}
+
 TEST(Measure, ArcsAreDrawn) {
   const Toy toy;
   const Result result = toy.run({"measure", "uncertainty", "--arc", "90,150", "--draws", "200", "--json"});

@@ -109,7 +109,7 @@ TEST(MachineLaws, ContactPressure) {
               1e-12);
   for (const auto& [keys, part] :
        {std::pair{"nominal_pressure_MPa = 1", "pressure_MPa"},
-        {"pressure_MPa = 2", "nominal_pressure_MPa"},
+        {"pressure_MPa = 2", "pressure_MPa: a pressure without a law; allowed: nominal_pressure_MPa"},
         {"pressure_MPa = 2\nnominal_pressure_MPa = 1\npressure_at_MPa = [1]\npressure_factor = [1]",
          "nominal_pressure_MPa"},
         {"pressure_MPa = 2\npressure_at_MPa = [4, 1]\npressure_factor = [1, 2]", "rising"},
