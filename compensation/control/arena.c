@@ -12,4 +12,5 @@ static void* cut(tt_arena* arena, size_t bytes) {
 }
 
 double* tt_doubles(tt_arena* arena, size_t count) { return (double*)cut(arena, count * sizeof(double)); }
+float* tt_floats(tt_arena* arena, size_t count) { return (float*)cut(arena, count * sizeof(float)); }
 int32_t* tt_ints(tt_arena* arena, size_t count) { return (int32_t*)cut(arena, count * sizeof(int32_t)); }

@@ -19,6 +19,7 @@ typedef struct tt_arena {
 
 /* Each array starts at a multiple of 8 bytes and is zero. NULL while the arena only counts. */
 double* tt_doubles(tt_arena* arena, size_t count);
+float* tt_floats(tt_arena* arena, size_t count);
 int32_t* tt_ints(tt_arena* arena, size_t count);
 
 #ifdef __cplusplus

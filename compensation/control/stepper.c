@@ -30,7 +30,7 @@ static int symmetric_count(const tt_model* m) {
 tt_work tt_work_in(tt_arena* arena, const tt_model* m) {
   tt_work w = {0};
   const size_t n = (size_t)m->order, outputs = (size_t)tt_output_count(m), triangle = (size_t)triangle_size(m->order);
-  w.triangles = tt_doubles(arena, triangle * (size_t)symmetric_count(m));
+  w.triangles = tt_floats(arena, triangle * (size_t)symmetric_count(m));
   w.triangle = tt_doubles(arena, triangle);
   w.matrix = tt_doubles(arena, n * n);
   w.factor_p = tt_doubles(arena, (size_t)m->terms);
@@ -103,10 +103,11 @@ void tt_work_prepare(const tt_model* m, tt_work* w) {
   w->symmetric_terms = 0;
   for (int t = 0; t < m->terms; ++t) {
     if (m->term_right_first[t] >= 0) continue;
-    double* own = w->triangles + (long)w->symmetric_terms * triangle;
-    tt_zero(triangle, own);
+    float* own = w->triangles + (long)w->symmetric_terms * triangle;
+    tt_zero(triangle, w->triangle);
     for (int c = m->term_first[t]; c < m->term_first[t + 1]; ++c)
-      add_square(n, m->term_weight[c], m->term_left + (long)c * n, own);
+      add_square(n, m->term_weight[c], m->term_left + (long)c * n, w->triangle);
+    for (int i = 0; i < triangle; ++i) own[i] = (float)w->triangle[i];
     w->symmetric[w->symmetric_terms++] = t;
   }
   w->constant_symmetric = is_symmetric(n, m->conduction);
@@ -119,6 +120,10 @@ void tt_work_prepare(const tt_model* m, tt_work* w) {
 
 int tt_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices + w->lu_slices + 3 + w->project_slices; }
 
+static void add_term(int size, double amount, const float* restrict term, double* restrict triangle) {
+  for (int i = 0; i < size; ++i) triangle[i] += amount * (double)term[i];
+}
+
 static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice) {
   const int n = m->order, size = triangle_size(n), each = terms_a_slice(n);
   if (slice == 0) {
@@ -127,7 +132,7 @@ static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice)
   }
   for (int k = slice * each; k < (slice + 1) * each && k < w->symmetric_terms; ++k) {
     const double amount = p[w->symmetric[k]];
-    if (amount != 0.0) tt_axpy(size, amount, w->triangles + (long)k * size, w->triangle);
+    if (amount != 0.0) add_term(size, amount, w->triangles + (long)k * size, w->triangle);
   }
 }
 
