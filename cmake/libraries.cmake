@@ -2,7 +2,7 @@
 # Libraries without a CMake package of their own, for the build and for find_package(thermotwin).
 # Of HDF5 the library alone is linked: its own module adds what a static one would need.
 set(thermotwin_missing "")
-foreach(library cholmod umfpack hdf5 muparser ${thermotwin_of_modules})
+foreach(library cholmod umfpack muparser ${thermotwin_of_modules})
   string(TOUPPER ${library} upper)
   find_library(${upper}_LIBRARY NAMES ${library} ${library}_serial PATH_SUFFIXES hdf5/serial)
   mark_as_advanced(${upper}_LIBRARY)

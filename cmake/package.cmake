@@ -29,9 +29,8 @@ This package contains the program, example machines and the documentation.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME thermotwin-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What cmake/thermotwin-config.cmake.in finds.
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "thermotwin (= ${PROJECT_VERSION}), g++, cmake, libassimp-dev, \
-libeigen3-dev, libfmt-dev, libhdf5-dev, libmuparser-dev, libopenblas-dev, libsuitesparse-dev, libvtk9-dev, \
-nlohmann-json3-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "thermotwin (= ${PROJECT_VERSION}), g++, cmake, \
+libeigen3-dev, libfmt-dev, libmuparser-dev, libopenblas-dev, libsuitesparse-dev, nlohmann-json3-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
   "Headers, static libraries, a CMake package and numbered example programs.")
 

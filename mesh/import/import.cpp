@@ -21,6 +21,7 @@
 #include "mesh/import/inp_reader.h"
 #include "mesh/import/lattice_mesher.h"
 #include "mesh/import/raw_mesh.h"
+#include "mesh/import/vtk_grid.h"
 #include "mesh/import/vtk_mesh_io.h"
 #include "mesh/surface/check.h"
 #include "mesh/surface/healing.h"
@@ -201,6 +202,8 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
                                          : is_surface(type)              ? attempts_on_surfaces()
                                                                          : once;
   if (is_cad(type) || type == ".msh" || (is_surface(type) && !options.lattice)) load_gmsh();
+  if (is_surface(type)) load_assimp();
+  if (type == ".vtu") load_vtk();
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
   for (const Attempt& attempt : attempts) {
     try {

@@ -2,7 +2,7 @@
 #pragma once
 // Tables of numbers and texts in an HDF5 file: little-endian doubles and 32-bit integers, row-major,
 // one chunk a matrix with a Fletcher-32 checksum, no times of writing, so that equal content makes
-// equal files and a damaged one is noticed. The HDF5 library itself stays in hdf5_store.cpp.
+// equal files and a damaged one is noticed. The HDF5 library itself lies in a module (hdf5_module.h).
 
 #include <Eigen/Core>
 
@@ -13,6 +13,9 @@
 #include <vector>
 
 namespace thermotwin::reduction {
+
+class Hdf5Input;
+class Hdf5Output;
 
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -40,8 +43,8 @@ public:
   std::string finish();
 
 private:
-  struct File;
-  std::unique_ptr<File> file_;
+  std::string name_;
+  std::unique_ptr<Hdf5Output> file_;
 };
 
 class StoreReader {
@@ -65,8 +68,10 @@ public:
   std::string text(const std::string& path) const;
 
 private:
-  struct File;
-  std::unique_ptr<File> file_;
+  void require_finite(const std::string& path, const std::vector<double>& numbers) const;
+
+  std::string name_;
+  std::unique_ptr<Hdf5Input> file_;
 };
 
 }  // namespace thermotwin::reduction

@@ -94,10 +94,11 @@ TEST(Layers, HeavyLibrariesStayOutOfHeadersAndInOneFile) {
       }
     }
   }
-  for (const char* library : {"assimp", "gmsh", "cholmod", "umfpack", "HDF5", "muParser", "toml++"}) {
+  for (const auto& [library, pattern] : heavy) {
     std::string files;
     for (const std::string& file : users[library]) files += " " + file;
-    EXPECT_LE(users[library].size(), 1U) << library << " is included in" << files;
+    const std::size_t most = library == "VTK" ? 2 : 1;  // its data and files, and its renderer
+    EXPECT_LE(users[library].size(), most) << library << " is included in" << files;
   }
 }
 
