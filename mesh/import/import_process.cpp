@@ -13,6 +13,7 @@
 #include <new>
 #include <poll.h>
 #include <string_view>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -156,10 +157,19 @@ private:
   double seconds_ = 0;
 };
 
+/// Gmsh may loop for ever where memory ends. @throws std::bad_alloc
+void require_room() {
+  constexpr std::size_t least = 96U << 20U;
+  void* room = ::mmap(nullptr, least, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) throw std::bad_alloc();
+  ::munmap(room, least);
+}
+
 }  // namespace
 
 TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work) {
   core::reserve_blas_buffers();
+  require_room();
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   std::fflush(nullptr);  // else the child writes it a second time
