@@ -115,7 +115,8 @@ VectorXd other_parameters(const Problem& problem, const SearchResult& found) {
   const White white(problem);
   LinearForm form =
       best.members.empty() || !best.refined ? nominal_form(problem, white) : form_about(problem, white, best);
-  for (const int i : form.members) form.prior_std[i] = problem.parameters[i].cause_std;
+  for (std::size_t k = 0; k < form.members.size(); ++k)
+    form.prior_std[form.members[k]] = cause_std_at(problem.parameters[form.members[k]], form.value[k]);
   const VectorXd mean = LinearEvidence(form.columns, form.residual, form.prior_std).mean();
   VectorXd around = VectorXd::Zero(problem.around.size());
   for (Index i = 0; i < around.size(); ++i) {

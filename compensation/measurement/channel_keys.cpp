@@ -86,7 +86,7 @@ const KeyTable record{
     "How the record was taken.",
     {key::flag("rows_at_changes", false,
                "Each change of a speed, power or state has a row at its time. Else changes come up to "
-               "a row before the row that shows them, where rows are more than two minutes apart."),
+               "a row before the row that shows them, where rows are more than a minute apart."),
      key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},
                "Time of day, \"06:30\", at `time_s` = 0. Laws over `day.time_h` then have their input.")}};
 

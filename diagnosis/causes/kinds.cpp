@@ -68,7 +68,7 @@ const std::vector<KindRow>& table() {
       {Kind::control_sensor_offset, "control_sensor_offset", "id of a [[coolant]]", coolant, "guide_offset_K", 1,
        "offset", "K", absolute, -30, 30, 0.1, coefficient},
       {Kind::volume_exchange, "volume_exchange", "<volume>.<with> of a [[volume.exchange]]", exchange,
-       "conductance_W_K", 1, "factor", "1", ratio, 0, 8, 0.01, coefficient},
+       "conductance_W_K", 1, "factor", "1", ratio, 0, 50, 0.01, coefficient},
       {Kind::volume_capacity, "volume_capacity", "id of a [[volume]]", volume, "content_l", 1, "factor", "1", ratio,
        0.1, 6, 0.01, part},
       {Kind::expansion_coefficient, "expansion_coefficient", of_material, body, "expansion_1_K", 1, "factor", "1",

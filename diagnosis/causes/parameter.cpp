@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/units.h"
@@ -22,6 +23,10 @@ Parameter make_parameter(Kind kind, const std::string& where) {
   p.high = row.high;
   p.step = row.step;
   return p;
+}
+
+double cause_std_at(const Parameter& parameter, double value) {
+  return std::max(parameter.cause_std, std::abs(value - parameter.nominal));
 }
 
 std::string step_in_words(const Parameter& parameter) {

@@ -46,6 +46,11 @@ struct Parameter {
   std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };
 
+/// Prior standard deviation of a cause of about this size. A cause has no scale of its own, a door stands open by a
+/// factor of two or of ten: what the data say is large costs the logarithm of its size, not its square, and is not
+/// drawn to nominal.
+double cause_std_at(const Parameter& parameter, double value);
+
 /// @return the parameter of a kind at an item, with the kind's name, unit, bounds and nominal value
 Parameter make_parameter(Kind kind, const std::string& where);
 

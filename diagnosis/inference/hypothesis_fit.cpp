@@ -195,7 +195,6 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     const int i = h.members[k];
     parameters.push_back(problem.parameters[i]);
     nominal[k] = parameters.back().nominal;
-    prior_std[i] = parameters.back().cause_std;
   }
   const auto inside = [&](VectorXd value) {
     for (Index k = 0; k < count; ++k) {
@@ -212,7 +211,10 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
   for (int iteration = 0; iteration < (reads ? 3 : 1) * iterations; ++iteration) {
     const Response::Linear linear = linear_at(problem, response, machine, h.members, at);
     const MatrixXd sensitivity = white.of(problem, linear.sensitivity);
-    for (Index k = 0; k < count; ++k) columns.col(h.members[k]) = sensitivity.col(k);
+    for (Index k = 0; k < count; ++k) {
+      columns.col(h.members[k]) = sensitivity.col(k);
+      prior_std[h.members[k]] = cause_std_at(parameters[k], at[k]);
+    }
     const VectorXd residual =
         white.of(problem, problem.measured - linear.predicted + linear.sensitivity * (at - nominal));
     const Freedom free = freedom(problem, h.members, linear.sensitivity, linear.spread, at - nominal);
@@ -249,7 +251,8 @@ void linearise(Hypothesis& h, const Problem& problem, const Response& response, 
 Strain strain_of(const Problem& problem, const Hypothesis& h) {
   const auto evidence = [&](const White& white, LinearForm& form) {
     form = form_about(problem, white, h);
-    for (const int i : h.members) form.prior_std[i] = problem.parameters[i].cause_std;
+    for (std::size_t k = 0; k < h.members.size(); ++k)
+      form.prior_std[h.members[k]] = cause_std_at(problem.parameters[h.members[k]], h.value[k]);
     return LinearEvidence(form.columns, form.residual, form.prior_std);
   };
   LinearForm form;
@@ -274,7 +277,7 @@ double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {
   VectorXd prior_std = problem.prior_std;
   MatrixXd columns = problem.columns;
   for (std::size_t k = 0; k < h.members.size(); ++k) {
-    prior_std[h.members[k]] = problem.parameters[h.members[k]].cause_std;
+    prior_std[h.members[k]] = cause_std_at(problem.parameters[h.members[k]], h.value[k]);
     columns.col(h.members[k]) = h.sensitivity.col(k);
   }
   const Freedom free = freedom(problem, h.members, h.sensitivity, h.spread, size);

@@ -92,7 +92,8 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_chan
     for (std::size_t s = 0; s < sizes; ++s) {
       ChannelCovariance other = covariance[k];
       if (s < wandering)
-        other.wander.push_back({levels[s / std::size(memories_s)] * seen[k], memories_s[s % std::size(memories_s)]});
+        other.wander.push_back(
+            {levels[s / std::size(memories_s)] * seen[k], memories_s[s % std::size(memories_s)], {}});
       else
         other.shapes *= inflations[s - wandering];
       blocks[k * wide + s + 1] = block(other, own, r);

@@ -18,7 +18,7 @@
 
 namespace thermotwin::diagnosis {
 
-inline constexpr double long_row_s = 120;  ///< sample interval from which on the time of a change is uncertain
+inline constexpr double long_row_s = 60;  ///< sample interval above which the time of a change is uncertain
 
 struct ObservedChannel {
   compensation::MeasuredChannel channel;

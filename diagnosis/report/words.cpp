@@ -30,7 +30,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double long_between_rows_s = 180.0;
 constexpr double shows_little = 0.25;  ///< of the fitted data's share: held-out data with less cannot judge a gain
 
 /// After a named cause: what becomes of the machine's description.
@@ -237,7 +236,7 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   }
   double longest = 0.0;
   for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.shown - may.from);
-  if (longest >= long_between_rows_s) {
+  if (longest > long_row_s) {
     warnings.push_back(fmt::format(
         "Switching times are uncertain, because rows are up to {:.0f} s apart where a speed, power or state changes. "
         "They were estimated from fast-responding sensors. Record a row at each change, or one every minute.",

@@ -86,6 +86,7 @@ Floor floor_of(const ObservedChannel& channel) {
 /// each channel, some of it for hours, some for all of the record.
 constexpr double form_error_hours[] = {3.0, 24.0};
 constexpr double form_error_share[] = {0.07, 0.03};
+constexpr double least_course = 0.3;  ///< of what wanders with a motion, while nothing moves
 
 struct MaterialSpread {
   double expansion = 0, heat = 0;  ///< largest stated relative standard deviations
@@ -154,19 +155,36 @@ double amplitude_of(const Compared& series, const Eigen::VectorXd& moved) {
   return std::max({root_mean_square(moved), root_mean_square(measured), 3.0 * series.floor.slow});
 }
 
-/// @param shapes  (n x any)  @param slow  error of mesh and material data that wanders
-ChannelCovariance covariance_of(const Compared& series, Eigen::MatrixXd shapes, double slow) {
+/// An error of the mesh or of material data grows with what has moved so far: where a machine stands at rest there is
+/// little yet. @param motion  (n) of the channel and beside it  @return (n) least_course to 1
+Eigen::VectorXd course_of(const Compared& series, const Eigen::VectorXd& motion, double amplitude) {
+  const Index fitted = series.channel.fitted;  // held-out values must not enter
+  Eigen::VectorXd course(motion.size());
+  double most = 0.0;
+  for (Index i = 0; i < motion.size(); ++i) {
+    most = std::max(most, std::abs(motion[i]));
+    if (i < fitted) most = std::max(most, std::abs(series.value[i] - series.value[0]));
+    course[i] = std::clamp(most / amplitude, least_course, 1.0);
+  }
+  return course;
+}
+
+/// @param shapes  (n x any)  @param slow  error of mesh and material data that wanders, with its course (n)
+ChannelCovariance covariance_of(const Compared& series, Eigen::MatrixXd shapes, double slow,
+                                const Eigen::VectorXd& course = {}) {
   const ObservedChannel& channel = series.channel;
   ChannelCovariance cov;
   cov.time = channel.time;
   const double noise = std::max(series.noise, series.floor.noise);
   cov.noise_variance = noise * noise * channel.samples.cwiseInverse().cwiseMax(least_noise_share);
   cov.shapes = std::move(shapes);
-  cov.wander = {{std::hypot(slow, series.floor.slow), slow_hours * hour},
-                {std::hypot(0.5 * slow, series.floor.fast), fast_hours * hour}};
+  cov.wander = {{series.floor.slow, slow_hours * hour, {}},
+                {series.floor.fast, fast_hours * hour, {}},
+                {slow, slow_hours * hour, course},
+                {0.5 * slow, fast_hours * hour, course}};
   const double seen = root_mean_square((series.value - series.predicted).head(channel.fitted));
   for (std::size_t i = 0; i < std::size(form_error_share); ++i)
-    cov.wander.push_back({form_error_share[i] * seen, form_error_hours[i] * hour});
+    cov.wander.push_back({form_error_share[i] * seen, form_error_hours[i] * hour, {}});
   return cov;
 }
 
@@ -183,10 +201,13 @@ ChannelCovariance channel_covariance(const Compared& series, const Eigen::Matrix
   Eigen::MatrixXd shapes(channel.size(), 1 + beside.cols());
   shapes << factor * moved, model_error.share * beside;
   double motion = amplitude;
-  if (model_error.of_whole_motion && beside.size() > 0)
-    motion = std::hypot(amplitude, beside.norm() / std::sqrt(static_cast<double>(channel.size())));
-  return covariance_of(series, std::move(shapes),
-                       std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude));
+  Eigen::VectorXd moves = moved;
+  if (model_error.of_whole_motion && beside.size() > 0) {
+    motion = std::hypot(amplitude, beside.norm() / std::sqrt(1.0 * channel.size()));
+    moves = (moved.array().square() + beside.rowwise().squaredNorm().array()).sqrt();
+  }
+  return covariance_of(series, std::move(shapes), std::hypot(model_error.share * motion, 0.5 * spread.heat * amplitude),
+                       course_of(series, moves, motion));
 }
 
 /// Columns for zeros of displacements, which were read with noise themselves. Those of a test's channels are zeros of

@@ -11,15 +11,25 @@ namespace thermotwin::diagnosis {
 
 using Eigen::Index;
 
+namespace {
+
+Eigen::VectorXd std_of(const OrnsteinUhlenbeck& term, Index n) {
+  if (term.course.size() == 0) return Eigen::VectorXd::Constant(n, term.std);
+  return term.std * term.course;
+}
+
+}  // namespace
+
 Eigen::MatrixXd ChannelCovariance::matrix() const {
   const Index n = time.size();
   Eigen::MatrixXd cov = shapes * shapes.transpose();
   cov.diagonal() += noise_variance;
   for (const OrnsteinUhlenbeck& term : wander) {
     if (term.std <= 0.0) continue;
+    const Eigen::VectorXd std = std_of(term, n);
     for (Index j = 0; j < n; ++j) {
       for (Index i = j; i < n; ++i) {
-        const double c = term.std * term.std * std::exp(-(time[i] - time[j]) / term.time_constant);
+        const double c = std[i] * std[j] * std::exp(-(time[i] - time[j]) / term.time_constant);
         cov(i, j) += c;
         if (i != j) cov(j, i) += c;
       }
@@ -30,12 +40,15 @@ Eigen::MatrixXd ChannelCovariance::matrix() const {
 
 Eigen::VectorXd ChannelCovariance::variance() const {
   Eigen::VectorXd diagonal = noise_variance + shapes.rowwise().squaredNorm();
-  for (const OrnsteinUhlenbeck& term : wander) diagonal.array() += term.std * term.std;
+  for (const OrnsteinUhlenbeck& term : wander) diagonal += std_of(term, time.size()).cwiseAbs2();
   return diagonal;
 }
 
 ChannelCovariance ChannelCovariance::head(Index n) const {
-  return {time.head(n), noise_variance.head(n), shapes.topRows(n), wander};
+  ChannelCovariance first{time.head(n), noise_variance.head(n), shapes.topRows(n), wander};
+  for (OrnsteinUhlenbeck& term : first.wander)
+    if (term.course.size() > 0) term.course.conservativeResize(n);
+  return first;
 }
 
 Whitener::Whitener(const std::vector<ChannelCovariance>& channels) : offsets_{0}, factors_(channels.size()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // What is expected to differ between a measured channel and the model for reasons that are no cause:
-//   cov(t, t') = noise(t) [t = t'] + sum_j shape_j(t) shape_j(t') + sum_i s_i^2 exp(-|t - t'| / tau_i).
+//   cov(t, t') = noise(t) [t = t'] + sum_j shape_j(t) shape_j(t') + sum_i s_i(t) s_i(t') exp(-|t - t'| / tau_i).
 // Noise is independent between intervals; each shape has one unknown factor: of the channel's own response
 // (mesh, material data), of the other directions at its pose (mesh); the Ornstein-Uhlenbeck terms are errors that
 // wander (discretisation in time and space, what a lumped film leaves out). Channels are independent of each other
@@ -16,8 +16,9 @@
 namespace thermotwin::diagnosis {
 
 struct OrnsteinUhlenbeck {
-  double std = 0;            ///< in the channel's unit
-  double time_constant = 1;  ///< s
+  double std = 0;               ///< in the channel's unit
+  double time_constant = 1;     ///< s
+  Eigen::VectorXd course = {};  ///< (n) the std times this at each time; empty: 1 throughout
 };
 
 struct ChannelCovariance {

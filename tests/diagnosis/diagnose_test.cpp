@@ -73,6 +73,14 @@ TEST(Diagnose, FiveStatedDeviationsAreNotHiddenByAWidePrior) {
   EXPECT_FALSE(d.extended_machine_text.empty());
 }
 
+TEST(Diagnose, ALargeFactorIsNotDrawnToNominal) {
+  const Diagnosis d = motor(10, 6.0);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
+  ASSERT_EQ(name_of(d.causes.front().parameter), "source_power of motor");
+  EXPECT_LT(std::abs(d.causes.front().value - 6.0), 2.0 * d.causes.front().std) << listed(d);
+  EXPECT_NEAR(d.causes.front().value, 6.0, 0.3);
+}
+
 TEST(Diagnose, NoneThatFitsOnlyFarFromWhatIsStatedSharesWithTheCause) {
   const Diagnosis d = motor(20, 1.8);
   ASSERT_EQ(d.verdict, diagnosis::Verdict::ambiguous) << listed(d);

@@ -57,6 +57,12 @@ TEST(Observations, MeansOfAReturnThatTouchASwitchOfItsPumpAreLeftOut) {
   EXPECT_TRUE(left_out("T4_reading").empty()) << "a sensor in a body does not jump";
 }
 
+TEST(Observations, RowsMoreThanAMinuteApartLeaveTheTimesOfChangesOpen) {
+  const mesh::Machine machine = lumped::machine();
+  EXPECT_FALSE(observed(machine, lumped::measure({}, {.hours = 8, .sample_s = 100})).may_hold.empty());
+  EXPECT_TRUE(observed(machine, lumped::measure({}, {.hours = 8, .sample_s = 60})).may_hold.empty());
+}
+
 TEST(Observations, ARecordWithARowAtEachChangeHasNoChangesOfUncertainTime) {
   compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300});
   const mesh::Machine machine = lumped::machine();
