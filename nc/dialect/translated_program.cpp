@@ -32,6 +32,7 @@ void translate(const std::filesystem::path& from, const std::filesystem::path& t
   for (std::string line; std::getline(in, line);) {
     constexpr std::size_t between_looks = 4096;
     if (++number % between_looks == 0) core::check_interrupt();
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // byte order mark of UTF-8
     out << reader.translate(line, number) << '\n';
   }
   out.close();

@@ -11,8 +11,7 @@ namespace {
 constexpr double sharp = 0.87;  ///< tangent of half the angle, from which on an overlap is faster than a circle
 }
 
-double Timed::share_at(double seconds) const {
-  const double length = element.length;
+double TimeCourse::share_at(double seconds) const {
   if (!(length > 0.0) || seconds >= duration()) return 1.0;
   if (seconds <= 0.0) return 0.0;
   double s = 0.0;
@@ -25,6 +24,20 @@ double Timed::share_at(double seconds) const {
     s = length - rest * (v1 + 0.5 * (cruise - v1) * rest / t_down);
   }
   return std::clamp(s / length, 0.0, 1.0);
+}
+
+double TimeCourse::seconds_at(double share) const {
+  if (!(share > 0.0)) return 0.0;
+  if (share >= 1.0) return duration();
+  // Time for a way from a speed on, at a constant acceleration.
+  const auto ramp = [](double way, double from, double to, double seconds) {
+    const double acceleration = (to - from) / seconds;
+    return 2.0 * way / (from + std::sqrt(std::max(0.0, from * from + 2.0 * acceleration * way)));
+  };
+  const double s = share * length, up = 0.5 * (v0 + cruise) * t_up, down = 0.5 * (cruise + v1) * t_down;
+  if (s < up) return ramp(s, v0, cruise, t_up);
+  if (length - s < down) return duration() - ramp(length - s, v1, cruise, t_down);
+  return cruise > 0.0 ? t_up + (s - up) / cruise : 0.0;
 }
 
 Planner::Planner(PlannerOptions options, std::function<void(const Timed&)> take)
@@ -127,7 +140,7 @@ void Planner::give(const Planned& planned, double v1) {
   if (planned.element.pause > 0.0) {
     timed.t_cruise = planned.element.pause;
   } else {
-    const double length = planned.element.length, a = planned.acceleration, v0 = planned.v0;
+    const double length = timed.length = planned.element.length, a = planned.acceleration, v0 = planned.v0;
     const double peak = std::sqrt(std::max(0.0, a * length + 0.5 * (v0 * v0 + v1 * v1)));
     timed.v0 = v0;
     timed.v1 = v1;

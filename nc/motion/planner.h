@@ -22,15 +22,22 @@
 
 namespace thermotwin::nc {
 
-/// An element with its time course: accelerates, cruises, brakes.
-struct Timed {
-  Element element;
+/// Time along an element: accelerates, cruises, brakes.
+struct TimeCourse {
   double start = 0;                           ///< s from the start of the program
-  double v0 = 0, cruise = 0, v1 = 0;          ///< m/s or rad/s along the path
+  double length = 0;                          ///< m or rad along the path; 0: a pause
+  double v0 = 0, cruise = 0, v1 = 0;          ///< m/s or rad/s
   double t_up = 0, t_cruise = 0, t_down = 0;  ///< s
   double duration() const { return t_up + t_cruise + t_down; }
+  double end() const { return start + duration(); }
   /// Share of the element that is done after a time from its start.
   double share_at(double seconds) const;
+  /// s from its start until a share is done: the inverse.
+  double seconds_at(double share) const;
+};
+
+struct Timed : TimeCourse {
+  Element element;
 };
 
 struct PlannerOptions {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. Each
-// move gets the error at the pose where it ends. Between the ends of two rows the thermal state is interpolated. The
-// last row, which may be shorter, has a state at its end too.
+// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. The
+// error of a point is that of its place and its time. Between the ends of two rows the thermal state is interpolated.
+// The last row, which may be shorter, has a state at its end too.
 // The machine begins at a uniform temperature, or as a saved state says (present_machine.h).
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -24,41 +25,66 @@ struct PredictionOptions {
   void validate() const;   ///< @throws InputError
 };
 
-/// The error field at a time between two rows.
+/// The error field over the rows that moves may still ask for.
 class ErrorField {
 public:
   explicit ErrorField(const reduction::ReducedModel& model) : map_(model) {}
 
-  /// @param share  0: the row before, 1: the last row
-  solver::TcpError error(const Positions& positions, double share) const;
+  /// @param time  s, of a row that is kept
+  solver::TcpError error(const Positions& positions, double time) const;
   /// (linear axes) m, what cancels the error
-  Eigen::VectorXd offsets(const Positions& positions, double share) const;
+  Eigen::VectorXd offsets(const Positions& positions, double time) const;
   Eigen::VectorXd offsets(const solver::TcpError& error) const { return map_.offsets(error); }
   /// (3) standard deviation of the error's translations from those of the axes' offsets, taken to be independent, in
   /// the unit of the offsets'
   Eigen::Vector3d error_std(const Eigen::VectorXd& of_offsets) const;
   const std::vector<std::string>& axes() const { return map_.axes(); }
   bool outside(const Positions& positions) const { return map_.outside(positions); }
-  /// @param shares  what probing has found, as OnlineTwin::output_shares()
-  void advance(const Eigen::VectorXd& state, const Eigen::Vector<double, 9>& shares);
+  /// @param shares  what probing has found, as OnlineTwin::output_shares()  @param time  s, of the row's end
+  void advance(const Eigen::VectorXd& state, const Eigen::Vector<double, 9>& shares, double time);
+  void forget(double time);  ///< rows that end before it
+  /// s, where the course of the state bends: ends of rows within a time
+  std::vector<double> bends(double from, double to) const;
 
 private:
+  struct Stretch {
+    double from, to;  ///< s
+    compensation::OutputMap::Projected base, change;
+    Eigen::Vector<double, 9> shares;
+  };
+  const Stretch& at(double time) const;
+
   compensation::OutputMap map_;
-  compensation::OutputMap::Projected base_, change_;
+  std::deque<Stretch> rows_;
   Eigen::VectorXd state_;
-  Eigen::Vector<double, 9> shares_ = Eigen::Vector<double, 9>::Zero();
+};
+
+/// A moment within a move: where the planner has the axes then, with the offsets from the state of then.
+struct MoveSample {
+  double time;  ///< s
+  double u;     ///< share of the move
+  Positions positions;
+  Eigen::VectorXd offset_um;  ///< (linear axes)
 };
 
 struct PredictedMove {
-  const Timed* timed;
-  Positions end;
-  double time;   ///< s, of its end
-  double share;  ///< of the row in which it ends
-  const ErrorField* field;
-  Eigen::Vector3d error_um;           ///< tool against table at its end
-  Eigen::VectorXd offset_um, std_um;  ///< (linear axes)
-  bool outside;                       ///< of the model's workspace
-  Eigen::VectorXd ahead_um;           ///< (linear axes) drift of the offset ahead of the last part; empty: not known
+  const Timed* timed = nullptr;                     ///< its last element
+  const std::vector<TimeCourse>* before = nullptr;  ///< its other elements
+  const ErrorField* field = nullptr;
+  double start = 0, time = 0;  ///< s, of its begin and end
+  double length = 0;           ///< along the path, m or rad
+  Positions begin, end;
+  Eigen::Vector3d error_um;                  ///< tool against table at its end
+  Eigen::VectorXd begin_um;                  ///< (linear axes) offsets at its begin
+  Eigen::VectorXd offset_um, std_um;         ///< (linear axes) at its end
+  Eigen::VectorXd mean_um, low_um, high_um;  ///< (linear axes) offsets over its time
+  std::vector<MoveSample> inside;            ///< in the order of time, two seconds or so apart
+  bool outside = false;                      ///< of the model's workspace
+  Eigen::VectorXd ahead_um;  ///< (linear axes) drift of the offset ahead of the last part; empty: not known
+
+  double duration() const { return time - start; }
+  double time_at(double u) const;         ///< s, when a share of the move is done
+  double share_at(double seconds) const;  ///< that is done then; its inverse
 };
 
 class Predictor {
@@ -74,12 +100,24 @@ public:
   const compensation::OffsetLimits& limits() const { return online_.limits(); }
 
 private:
-  void advance_field();
+  void advance_field(double time);
   void step(double time, const Eigen::VectorXd& channels);
   /// The state at the end of a row that is shorter than a step of the model.
   void end_short_step(const Row& row, const Eigen::VectorXd& channels);
-  void take(const Timed& timed, const Row& row);
-  void see_part(const PredictedMove& move);
+  /// A move that waits for the row in which it ends.
+  struct Moving {
+    Timed last;
+    std::vector<TimeCourse> before;
+    double start = 0, length = 0;
+    Positions begin;
+  };
+  void sample(const Timed& timed);
+  void predict_samples(double until);
+  void take(const Moving& moving, const Row& row);
+  void begin(const Moving& moving);
+  void set_range();
+  /// @param share  of the last row, at the move's end
+  void see_part(const PredictedMove& move, double share);
 
   const reduction::ReducedModel& model_;
   std::unique_ptr<PresentMachine> present_;
@@ -89,10 +127,15 @@ private:
   ErrorField field_;
   PredictionOptions options_;
   std::unique_ptr<CycleDrift> drift_;  ///< of a series of parts
-  std::unique_ptr<ErrorField> ahead_;  ///< from the state of now to that of an endless series
+  std::unique_ptr<ErrorField> ahead_;  ///< from the state of now, 0 s, to that of an endless series, 1 s
   int part_ = -1;                      ///< of the last cutting move
   std::function<void(const PredictedMove&)> take_;
-  std::vector<Timed> pending_;
+  std::vector<Moving> pending_;
+  Moving moving_;  ///< whose last element has not come
+  bool open_ = false;
+  std::deque<MoveSample> samples_;  ///< of moves that wait; u is the distance in the move so far
+  std::size_t predicted_samples_ = 0;
+  PredictedMove move_;
 };
 
 }  // namespace thermotwin::nc

@@ -41,14 +41,15 @@ void Operations::add(const Timed& timed) {
 void Operations::add(const PredictedMove& move) {
   if (move.timed->element.rapid) return;
   Operation& operation = at(move.timed->element.state);
-  const Eigen::ArrayXd offset = move.offset_um.array();
-  if (operation.cuts == 0) {
-    operation.largest_um = operation.sum_um = operation.std_um = Eigen::ArrayXd::Zero(offset.size());
-  }
+  if (operation.cuts == 0)
+    operation.largest_um = operation.sum_um = operation.std_um = Eigen::ArrayXd::Zero(move.mean_um.size());
   ++operation.cuts;
-  for (Eigen::Index i = 0; i < offset.size(); ++i)
-    if (std::abs(offset[i]) > std::abs(operation.largest_um[i])) operation.largest_um[i] = offset[i];
-  operation.sum_um += offset;
+  for (const Eigen::VectorXd* end : {&move.low_um, &move.high_um})
+    for (Eigen::Index i = 0; i < end->size(); ++i)
+      if (std::abs((*end)[i]) > std::abs(operation.largest_um[i])) operation.largest_um[i] = (*end)[i];
+  const double seconds = std::max(move.duration(), 1e-9);
+  operation.offset_s += seconds;
+  operation.sum_um += seconds * move.mean_um.array();
   operation.std_um = operation.std_um.max(move.std_um.array());
 }
 
@@ -75,8 +76,9 @@ std::string Operations::csv(const std::vector<std::string>& axes) const {
                         o.rpm_s / duration, o.fluid_s / duration, o.moves);
     for (std::size_t i = 0; i < axes.size(); ++i) {
       const Eigen::Index k = i;
-      text += o.cuts == 0 ? ",,,"
-                          : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / o.cuts, o.largest_um[k], o.std_um[k]);
+      text += o.cuts == 0
+                  ? ",,,"
+                  : fmt::format(",{:.5g},{:.5g},{:.4g}", o.sum_um[k] / o.offset_s, o.largest_um[k], o.std_um[k]);
     }
     text += "\n";
   }

@@ -21,7 +21,8 @@ struct Operation {
   double feed_length = 0, feed_s = 0;                                  ///< m and s, without moves of rotary axes alone
   double rpm_s = 0, fluid_s = 0;                                       ///< integrals over time
   long moves = 0, cuts = 0;
-  Eigen::ArrayXd largest_um, sum_um, std_um;  ///< (linear axes) of the offsets at the ends of cutting moves
+  double offset_s = 0;                        ///< s, of the moves with offsets
+  Eigen::ArrayXd largest_um, sum_um, std_um;  ///< (linear axes) of the offsets along cutting moves; sum over time
   bool any = false;
 
   double duration() const { return end - start; }

@@ -13,20 +13,22 @@ namespace thermotwin::nc {
 void Parts::add(const PredictedMove& move) {
   if (move.timed->element.rapid) return;
   Part& part = parts_[move.timed->element.state.part];
-  const Eigen::ArrayXd offset = move.offset_um.array();
   if (part.moves == 0) {
-    part.sum = Eigen::ArrayXd::Zero(offset.size());
-    part.low = part.high = offset;
+    part.sum = Eigen::ArrayXd::Zero(move.mean_um.size());
+    part.low = move.low_um;
+    part.high = move.high_um;
     part.start = move.time;
   }
   ++part.moves;
   if (move.ahead_um.size() > 0) {
-    if (part.ahead.size() == 0) part.ahead = Eigen::ArrayXd::Zero(offset.size());
+    if (part.ahead.size() == 0) part.ahead = Eigen::ArrayXd::Zero(move.ahead_um.size());
     part.ahead += move.ahead_um.array();
   }
-  part.sum += offset;
-  part.low = part.low.min(offset);
-  part.high = part.high.max(offset);
+  const double seconds = std::max(move.duration(), 1e-9);
+  part.seconds += seconds;
+  part.sum += seconds * move.mean_um.array();
+  part.low = part.low.min(move.low_um.array());
+  part.high = part.high.max(move.high_um.array());
   part.end = move.time;
 }
 
@@ -37,7 +39,7 @@ std::string Parts::csv(const std::vector<std::string>& axes) const {
   for (const auto& [number, part] : parts_) {
     text += fmt::format("{},{:.6f},{:.6f}", number + 1, part.start, part.end);
     for (Eigen::Index i = 0; i < part.sum.size(); ++i)
-      text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.sum[i] / part.moves, part.low[i], part.high[i]);
+      text += fmt::format(",{:.5g},{:.5g},{:.5g}", part.mean()[i], part.low[i], part.high[i]);
     text += "\n";
   }
   return text;

@@ -15,9 +15,10 @@ namespace thermotwin::nc {
 struct Part {
   double start = 0, end = 0;  ///< s, of its cutting moves
   long moves = 0;
-  Eigen::ArrayXd sum, low, high;  ///< (linear axes) um, of the offsets
+  double seconds = 0;
+  Eigen::ArrayXd sum, low, high;  ///< (linear axes) um, of the offsets along them; sum over time
   Eigen::ArrayXd ahead;           ///< (linear axes) um, sum of what lies ahead; empty: not known
-  Eigen::ArrayXd mean() const { return sum / static_cast<double>(moves); }
+  Eigen::ArrayXd mean() const { return sum / seconds; }
 };
 
 class Parts {

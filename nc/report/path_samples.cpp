@@ -32,19 +32,17 @@ void PathSamples::add(const PredictedMove& predicted) {
   point.std_um = predicted.field->error_std(predicted.std_um);
   point.line = element.state.line;
   point.rapid = element.rapid;
-  const double start = move.state.tcp ? before_ : predicted.timed->start;
   for (int k = first_ ? 0 : 1; k <= count; ++k) {
     const double u = 1.0 * k / count;
     const Positions positions = k == count ? predicted.end : motion_.positions(AxisMotion::values_at(move, u), move);
     point.place = motion_.tip(positions, move.tool_offset);
-    point.error_um =
-        k == count ? predicted.error_um
-                   : Eigen::Vector3d(predicted.field->error(positions, predicted.share).error.head<3>() / units::um);
-    point.time = start + u * (predicted.time - start);
+    point.time = k == count ? predicted.time : predicted.time_at(u);
+    point.error_um = k == count
+                         ? predicted.error_um
+                         : Eigen::Vector3d(predicted.field->error(positions, point.time).error.head<3>() / units::um);
     take_(point);
   }
   first_ = false;
-  before_ = predicted.time;
 }
 
 }  // namespace thermotwin::nc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Points of the tool's path with the error there: along each predicted move at most 20 mm, 6 deg of an arc and 2 deg of
-// a rotary axis apart. A move gets the thermal state at its end.
+// a rotary axis apart.
 
 #include <functional>
 
@@ -25,7 +25,6 @@ private:
   const AxisMotion& motion_;
   std::function<void(const PathPoint&)> take_;
   bool first_ = true;
-  double before_ = 0;  ///< s, end of the move before
 };
 
 }  // namespace thermotwin::nc

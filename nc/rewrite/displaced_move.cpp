@@ -38,10 +38,27 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
   return centre;
 }
 
+std::vector<double> DisplacedMove::bends() const {
+  std::vector<double> shares = predicted_.field->bends(predicted_.start, predicted_.time);
+  for (double& share : shares) share = predicted_.share_at(share);
+  return shares;
+}
+
 Eigen::Vector3d DisplacedMove::displacement(double u) const {
+  if (u == 1.0) return displacement(move().to, predicted_.end, predicted_.offset_um * units::um);
   const Nine nominal = AxisMotion::values_at(move(), u);
   Positions positions = motion_.positions(nominal, move());
-  const Eigen::VectorXd offsets = predicted_.field->offsets(positions, predicted_.share);
+  const Eigen::VectorXd offsets = predicted_.field->offsets(positions, predicted_.time_at(u));
+  return displacement(nominal, std::move(positions), offsets);
+}
+
+Eigen::Vector3d DisplacedMove::wanted(const MoveSample& sample) const {
+  const Nine nominal = motion_.values(sample.positions, move(), move().to);
+  return nominal.head<3>() + displacement(nominal, sample.positions, sample.offset_um * units::um);
+}
+
+Eigen::Vector3d DisplacedMove::displacement(const Nine& nominal, Positions positions,
+                                            const Eigen::VectorXd& offsets) const {
   const std::vector<std::string>& axes = predicted_.field->axes();
   const mesh::Machine& machine = motion_.machine();
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -115,13 +132,17 @@ void DisplacedMove::split(const Span& span, int depth, std::vector<double>& ends
   const double turns = move().kind == MoveKind::arc ? move().arc.angle * (span.u1 - span.u0) / full_turn : 0.0;
   std::vector<double> parts = {0.5, 0.25, 0.75};
   for (int k = 1; turns > 1.0 + 1e-9 && k < 8.0 * turns; ++k) parts.push_back(k / (8.0 * turns));
+  const bool is_long = predicted_.duration() > 1.0;
+  if (is_long && turns > 0.0) parts.push_back(1.0);  // a circle ends where it began
+  for (const double bend : bends_)
+    if (bend > span.u0 && bend < span.u1) parts.push_back((bend - span.u0) / (span.u1 - span.u0));
   for (const double part : parts) {
     const double u = span.share(part);
     const Eigen::Vector3d wanted = displacement(u);
     const double off = (follower.displacement(span, part, AxisMotion::values_at(move(), u).head<3>()) - wanted).norm();
     bends = bends || off > options_.tolerance;
     // Far within the tolerance in the middle: the quarters are as well.
-    if (part == 0.5 && turns <= 1.0 + 1e-9 && off < options_.tolerance / 8.0) break;
+    if (part == 0.5 && turns <= 1.0 + 1e-9 && !is_long && off < options_.tolerance / 8.0) break;
     if (bends) break;
   }
   if (bends && depth < deepest) {

@@ -25,12 +25,13 @@ public:
       : predicted_(predicted),
         motion_(motion),
         options_(options),
-        place_(place) {}
+        place_(place),
+        bends_(bends()) {}
 
   const Source& source() const { return *predicted_.timed->element.source; }
   const Move& move() const { return source().move; }
 
-  /// m, of the programmed point. @param u  share of the move
+  /// m, of the programmed point. @param u  share of the move; its offset is that of the time at which it is done
   /// @throws InputError  if an offset is too large, or if an axis leaves its travel
   Eigen::Vector3d displacement(double u) const;
 
@@ -38,7 +39,11 @@ public:
   /// @param at_start, at_end  displacements
   std::vector<double> pieces(const Eigen::Vector3d& at_start, const Eigen::Vector3d& at_end) const;
 
+  /// m, where the programmed point has to be at a moment within the move, from the planner's positions of then.
+  Eigen::Vector3d wanted(const MoveSample& sample) const;
+
 private:
+  Eigen::Vector3d displacement(const Nine& nominal, Positions positions, const Eigen::VectorXd& offsets) const;
   /// A share of the move with the displacements of its ends.
   struct Span {
     double u0, u1;
@@ -49,12 +54,14 @@ private:
   struct Follower;
   Follower follower(const Span& span) const;
   bool nearly_closed() const;
+  std::vector<double> bends() const;
   void split(const Span& span, int depth, std::vector<double>& ends) const;
 
   const PredictedMove& predicted_;
   const AxisMotion& motion_;
   const RewriteOptions& options_;
   const std::string& place_;
+  std::vector<double> bends_;  ///< shares of the move at which rows end
 };
 
 }  // namespace thermotwin::nc

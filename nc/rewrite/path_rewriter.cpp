@@ -54,7 +54,7 @@ Nine closed(const Nine& target, const Nine& at, const Source& source) {
 }  // namespace
 
 PathRewriter::PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
-                           std::function<void(const std::string&)> out, std::function<void(const ExpectedMove&)> expect)
+                           std::function<void(const std::string&)> out, Expect expect)
     : lines_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
@@ -130,7 +130,7 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
     return;
   }
   if (entry.modes.cycle) {
-    cycle_move(entry, displaced);
+    cycle_move(entry, displaced, predicted);
     return;
   }
   const Eigen::Vector3d d0 = (at_ - move.from).head<3>(), d1 = displaced.displacement(1.0);
@@ -152,6 +152,7 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
     piece.end = ends[k];
     piece.target = displaced_at(piece.end);
     if (arc) piece.middle = displaced_at(0.5 * (piece.begin + piece.end)).head<3>();
+    add_points(piece, displaced, predicted);
     write_piece(line, entry, displaced.source(), piece);
     write_out_feed(line, entry, displaced.source());
     text += line.text + (line.end.empty() ? "\n" : line.end);
@@ -162,12 +163,34 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   piece.target = move.to;
   piece.target.head<3>() += d1;
   if (arc) piece.middle = displaced_at(0.5 * (piece.begin + piece.end)).head<3>();
+  add_points(piece, displaced, predicted);
   write_piece(line, entry, displaced.source(), piece);
   line.text += words_at_end;
   write_out_feed(line, entry, displaced.source());
   entry.text = text + line.text;
   entry.edited = entry.text != entry.line.text;
   if (ends.size() > 1) ++summary_.split;
+}
+
+/// Moments of the move within a piece. The piece of a move that begins undisplaced is not compared.
+void PathRewriter::add_points(Piece& piece, const DisplacedMove& displaced, const PredictedMove& predicted) const {
+  piece.inside.clear();
+  const Move& move = displaced.move();
+  if (predicted.inside.empty() || move.kind == MoveKind::traverse) return;
+  const double rounding = 10.0 * half_step(displaced.source().frame) * displaced.source().frame.unit;
+  const auto begins_off = [&] {
+    const Eigen::Vector3d wanted = move.from.head<3>() + displaced.displacement(0.0);
+    return (at_.head<3>() - wanted).norm() > options_.tolerance + rounding;
+  };
+  for (const MoveSample& sample : predicted.inside) {
+    if (sample.u <= piece.begin || sample.u > piece.end) continue;
+    if (piece.begin == 0.0 && piece.inside.empty() && begins_off()) return;
+    ExpectedPoint& point = piece.inside.emplace_back();
+    point.share = (sample.u - piece.begin) / (piece.end - piece.begin);
+    const Eigen::Vector3d at = displaced.wanted(sample);
+    std::copy(at.begin(), at.end(), point.at.begin());
+    point.within = 2.0 * options_.tolerance + rounding;
+  }
 }
 
 /// One line or arc; the control is then at its end.
@@ -209,7 +232,7 @@ void PathRewriter::expect(const Entry& entry, const Source& source, const Piece&
     std::copy(piece.middle.begin(), piece.middle.end(), expected.middle.begin());
     expected.middle_within = 2.0 * options_.tolerance + 10.0 * half_step(source.frame) * source.frame.unit;
   }
-  expect_(expected);
+  expect_(expected, piece.inside);
 }
 
 /// It stays as it is. Axes that it does not move keep their displacement.
@@ -221,7 +244,7 @@ void PathRewriter::machine_move(const Entry& entry, const Source& source) {
     if (all || move.to[i] != move.from[i] || entry.line.find(letters[i]) != nullptr) at_[i] = move.to[i];
   ExpectedMove expected = ExpectedMove::of(move, source.frame, at_);
   expected.slack = summary_.largest_um * units::um;  // a point on the way of G28 is displaced
-  expect_(expected);
+  expect_(expected, {});
 }
 
 /// The centre of an arc that leads from where the control is to a point.
@@ -253,36 +276,52 @@ void PathRewriter::write_out_feed(ProgramLine& line, const Entry& entry, const S
   line.set('F', nc_number(source.move.speed / source.frame.unit * units::minute, 4), "");
 }
 
-/// A cycle becomes its moves, in absolute coordinates.
-void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced) {
-  const Move& move = displaced.move();
-  Nine target = move.to;
-  target.head<3>() += displaced.displacement(1.0);
-  summary_.largest_um = std::max(summary_.largest_um, (target - move.to).head<3>().norm() / units::um);
-  if (entry.done == 1) {
-    ProgramLine rest = entry.line;
-    std::vector<std::pair<char, double>> gone;
-    for (const Word& word : rest.words) {
-      if (word.expression)
-        refuse_path(entry.place, fmt::format("an expression at {} of a cycle", word.letter), "numbers");
-      const double code = word.value;
-      const bool cycle_word =
-          word.letter == 'G' && (code == 73 || (code >= 81 && code <= 89) || code == 98 || code == 99);
-      if (cycle_word || std::string("XYZABCUVWRPQLKIJ@^").find(word.letter) != std::string::npos)
-        gone.emplace_back(word.letter, word.value);
-    }
-    rest.remove(gone);
-    entry.before = core::trimmed(rest.text).empty() ? "" : rest.text + (rest.end.empty() ? "\n" : rest.end);
-    if (!entry.modes.absolute) entry.before += "G90\n";
-    entry.text.clear();
-    ++summary_.written_out;
+/// What a cycle's line has beside the cycle stays before its moves; its feed goes with the first of them.
+void PathRewriter::begin_cycle(Entry& entry) {
+  ProgramLine rest = entry.line;
+  std::vector<std::pair<char, double>> gone;
+  for (const Word& word : rest.words) {
+    if (word.expression)
+      refuse_path(entry.place, fmt::format("an expression at {} of a cycle", word.letter), "numbers");
+    const double code = word.value;
+    const bool cycle_word =
+        word.letter == 'G' && (code == 73 || (code >= 81 && code <= 89) || code == 98 || code == 99);
+    const bool feed = word.letter == 'F' && !entry.modes.inverse_time;
+    if (feed) entry.feed = " " + rest.text.substr(word.begin, word.end - word.begin);
+    if (cycle_word || feed || std::string("XYZABCUVWRPQLKIJ@^").find(word.letter) != std::string::npos)
+      gone.emplace_back(word.letter, word.value);
   }
-  ProgramLine line = ProgramLine::parse(move.kind == MoveKind::traverse ? "G0" : "G1", "\n");
-  at_ = write_end(line, true, displaced.source().frame, at_, target, true);
-  entry.before += line.text + "\n";
-  ExpectedMove expected = ExpectedMove::of(move, displaced.source().frame, target);
-  expected.path_mode = 0;  // a cycle has its own
-  expect_(expected);
+  rest.remove(gone);
+  const std::string text(core::trimmed(rest.text));
+  entry.before = text.empty() ? "" : text + (rest.end.empty() ? "\n" : rest.end);
+  if (!entry.modes.absolute) entry.before += "G90\n";
+  entry.text.clear();
+  ++summary_.written_out;
+}
+
+/// A cycle becomes its moves, in absolute coordinates.
+void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced, const PredictedMove& predicted) {
+  const Move& move = displaced.move();
+  const Source& source = displaced.source();
+  const bool rapid = move.kind == MoveKind::traverse;
+  const Eigen::Vector3d d0 = (at_ - move.from).head<3>(), d1 = displaced.displacement(1.0);
+  summary_.largest_um = std::max(summary_.largest_um, d1.norm() / units::um);
+  if (entry.done == 1) begin_cycle(entry);
+  Piece piece;
+  for (const double end : rapid ? std::vector<double>{1.0} : displaced.pieces(d0, d1)) {
+    piece.end = end;
+    piece.target = AxisMotion::values_at(move, end);
+    piece.target.head<3>() += end == 1.0 ? d1 : displaced.displacement(end);
+    add_points(piece, displaced, predicted);
+    ProgramLine line = ProgramLine::parse(rapid ? "G0" : "G1", "\n");
+    at_ = write_end(line, true, source.frame, at_, piece.target, true);
+    entry.before += line.text + (rapid ? "" : entry.feed) + "\n";
+    if (!rapid) entry.feed.clear();
+    ExpectedMove expected = ExpectedMove::of(move, source.frame, piece.target);
+    expected.path_mode = 0;  // a cycle has its own
+    expect_(expected, piece.inside);
+    piece.begin = piece.end;
+  }
   for (const auto& [behind, seconds] : entry.dwells)
     if (behind == entry.done) entry.before += fmt::format("G4 P{}\n", nc_number(seconds, 4));
   if (entry.done == entry.expected && !entry.modes.absolute) entry.before += "G91\n";

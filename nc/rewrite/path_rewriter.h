@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Writes the program anew with the predicted offsets in its coordinates. A move's end is displaced by the offsets at
-// its pose; under tool centre point control by what they displace the tool's point on the workpiece. A number changes
-// where the displacement rounds to another one; all other text stays. A block is split where the displacement along it
-// bends by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms,
+// Writes the program anew with the predicted offsets in its coordinates. A point is displaced by the offsets of its
+// pose and time; under tool centre point control by what they displace the tool's point on the workpiece. A number
+// changes where the displacement rounds to another one; all other text stays. A block is split where the displacement
+// along it bends by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms,
 // parameters and drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
 
 #include <deque>
@@ -24,10 +24,12 @@ namespace thermotwin::nc {
 
 class PathRewriter {
 public:
+  using Expect = std::function<void(const ExpectedMove&, const std::vector<ExpectedPoint>&)>;
+
   /// @param lines  of the program  @param name  for messages  @param out  receives the new text in parts
-  /// @param expect  receives each line and arc of the new text as it is meant
+  /// @param expect  receives each line and arc of the new text as it is meant, with points within it
   PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
-               std::function<void(const std::string&)> out, std::function<void(const ExpectedMove&)> expect);
+               std::function<void(const std::string&)> out, Expect expect);
 
   /// In the interpreter's order.
   /// @param frame  before the line runs
@@ -53,6 +55,7 @@ private:
     bool skipped = false, settled = false;
     Frame frame;               ///< behind it
     std::string before, text;  ///< lines that come instead of it, and the line itself
+    std::string feed;          ///< word F of a cycle that waits for its first line
     bool edited = false;
   };
 
@@ -61,6 +64,7 @@ private:
     double begin = 0, end = 1;
     Nine target;                                       ///< m and rad
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< m, of an arc
+    std::vector<ExpectedPoint> inside;
     bool is_whole() const { return begin == 0.0 && end == 1.0; }
   };
 
@@ -71,7 +75,9 @@ private:
   void edit(Entry& entry, const PredictedMove& predicted);
   void stay(Entry& entry);
   void machine_move(const Entry& entry, const Source& source);
-  void cycle_move(Entry& entry, const DisplacedMove& displaced);
+  void cycle_move(Entry& entry, const DisplacedMove& displaced, const PredictedMove& predicted);
+  void begin_cycle(Entry& entry);
+  void add_points(Piece& piece, const DisplacedMove& displaced, const PredictedMove& predicted) const;
   void write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece);
   void write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached,
                  bool changed) const;
@@ -84,7 +90,7 @@ private:
   const AxisMotion& motion_;
   RewriteOptions options_;
   std::function<void(const std::string&)> out_;
-  std::function<void(const ExpectedMove&)> expect_;
+  Expect expect_;
   RewriteSummary summary_;
   bool flat_ = true;                                   ///< every line runs once, in order
   bool began_ = false, code_ = false;                  ///< a line, a line with words has left, where it is not flat

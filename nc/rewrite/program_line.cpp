@@ -193,10 +193,12 @@ ProgramText::ProgramText(std::unique_ptr<std::istream> in, std::string name)
   std::streamoff place = 0;
   bool begins = true;
   while (in_->read(part.data(), std::ssize(part)), in_->gcount() > 0) {
+    const bool marked = place == 0 && std::string_view(part.data(), in_->gcount()).starts_with(byte_order_mark);
     for (std::streamsize i = 0; i < in_->gcount(); ++i, ++place) {
       if (begins && size_++ % chunk_lines == 0) begins_.push_back(place);
       begins = part[i] == '\n';
     }
+    if (marked) begins_.front() = std::ssize(byte_order_mark);
   }
 }
 

@@ -14,6 +14,9 @@
 
 namespace thermotwin::nc {
 
+/// Of UTF-8, which editors put before the first line of a file.
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+
 struct Word {
   char letter = 0;                 ///< upper case; @ and ^ of polar coordinates
   std::size_t begin = 0, end = 0;  ///< in the text, from the letter on
@@ -48,7 +51,7 @@ private:
 std::string nc_number(double value, int decimals);
 
 /// A program by its lines. Of a file only every 64th line's place is kept, and the lines about the one last asked for:
-/// memory does not grow with the program.
+/// memory does not grow with the program. A byte order mark is none of the text.
 class ProgramText {
 public:
   /// @param text  of any content

@@ -98,8 +98,9 @@ ExpectedMove ExpectedMove::of(const Move& move, const Frame& frame, const Nine& 
 /// Moves as they are read against those that wait.
 class ReadBack::Comparison {
 public:
-  Comparison(std::fstream& moves, const ProgramSummary& program, double slack)
+  Comparison(std::fstream& moves, const std::vector<Inside>& inside, const ProgramSummary& program, double slack)
       : moves_(moves),
+        inside_(inside),
         program_(program),
         slack_(slack) {
     next();
@@ -152,7 +153,9 @@ private:
     if (moves_.read(reinterpret_cast<char*>(&move), sizeof move)) {
       wanted_ = move;
       at_ = move;
+      ++number_;
     }
+    while (point_ < inside_.size() && inside_[point_].move < number_) ++point_;
   }
 
   /// Within rounding of the last one: the corrected program may leave it out.
@@ -190,6 +193,18 @@ private:
       if (off > wanted.middle_within + slack_)
         return fmt::format("the middle of an arc is {:.2f} um off", off / units::um);
     }
+    return inside_difference(move);
+  }
+
+  std::string inside_difference(const Move& move) const {
+    for (std::size_t i = point_; i < inside_.size() && inside_[i].move == number_; ++i) {
+      const ExpectedPoint& point = inside_[i].point;
+      const Eigen::Vector3d found = AxisMotion::values_at(move, point.share).head<3>();
+      const double off = (found - Eigen::Vector3d(point.at.data())).norm();
+      if (off > point.within + slack_)
+        return fmt::format("{} is {:.2f} um off at {:.0f} % of it", name_of(move.kind), off / units::um,
+                           100.0 * point.share);
+    }
     return "";
   }
 
@@ -199,6 +214,9 @@ private:
   }
 
   std::fstream& moves_;
+  const std::vector<Inside>& inside_;
+  std::size_t point_ = 0;  ///< first one of the move that is wanted, or of a later one
+  long number_ = -1;       ///< of the move that is wanted
   const ProgramSummary& program_;
   double slack_;
   std::optional<ExpectedMove> wanted_;
@@ -217,14 +235,18 @@ ReadBack::~ReadBack() {
   std::filesystem::remove(file_, ignored);
 }
 
-void ReadBack::expect(const ExpectedMove& move) { moves_.write(reinterpret_cast<const char*>(&move), sizeof move); }
+void ReadBack::expect(const ExpectedMove& move, const std::vector<ExpectedPoint>& inside) {
+  moves_.write(reinterpret_cast<const char*>(&move), sizeof move);
+  for (const ExpectedPoint& point : inside) inside_.push_back({expected_, point});
+  ++expected_;
+}
 
 void ReadBack::check(const InterpreterOptions& options, const ControlProfile& control, const ProgramSummary& program,
                      double slack) {
   moves_.flush();
   if (!moves_) throw core::InputError(file_.string(), "cannot be written", "a place with room and permission");
   moves_.seekg(0);
-  Comparison comparison(moves_, program, slack);
+  Comparison comparison(moves_, inside_, program, slack);
   ProgramSink sink;
   sink.move = [&](const Move& move, const Frame& frame) { comparison.take(move, frame); };
   sink.pause = [](const Pause&) {};

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The corrected program read by the interpreter again: its moves have to end where the rewriter means them to, with the
-// tool, length offset, spindle, fluid, unit, path mode and feed of the program. A difference is an error.
+// tool, length offset, spindle, fluid, unit, path mode and feed of the program, and pass the points at which the
+// planner has the axes every two seconds or so, each displaced by the offset of then. A difference is an error.
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include "nc/program/program.h"
 
@@ -34,6 +36,13 @@ struct ExpectedMove {
   static ExpectedMove of(const Move& move, const Frame& frame, const Nine& to);
 };
 
+/// A point within a line or arc of the corrected program as it is meant.
+struct ExpectedPoint {
+  double share = 0;            ///< of the line or arc
+  std::array<double, 3> at{};  ///< m
+  double within = 0;           ///< m
+};
+
 class ReadBack {
 public:
   /// @param file  where the moves wait; it is removed with this
@@ -42,7 +51,7 @@ public:
   ReadBack(const ReadBack&) = delete;
   ReadBack& operator=(const ReadBack&) = delete;
 
-  void expect(const ExpectedMove& move);
+  void expect(const ExpectedMove& move, const std::vector<ExpectedPoint>& inside = {});
 
   /// @param options  of the corrected program  @param program  as it was read
   /// @param slack  m by which every end may differ
@@ -52,9 +61,15 @@ public:
 
 private:
   class Comparison;
+  struct Inside {
+    long move;  ///< from 0
+    ExpectedPoint point;
+  };
 
   std::filesystem::path file_;
   std::fstream moves_;
+  long expected_ = 0;
+  std::vector<Inside> inside_;  ///< in the order of moves
 };
 
 }  // namespace thermotwin::nc

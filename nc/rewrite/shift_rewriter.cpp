@@ -103,36 +103,52 @@ void ShiftRewriter::predicted(const PredictedMove& predicted) {
   if (source.move.kind == MoveKind::arc) expected.angle = source.move.arc.angle;
   expect_(expected);
   if (source.move.kind == MoveKind::traverse) return;
-  Positions positions = predicted.end;
-  for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
-    positions[motion_.machine().axis_index(predicted.field->axes()[i])] += predicted.offset_um[i] * units::um;
-  const Eigen::Vector3d displacement =
-      (motion_.values(positions, source.move, source.move.to) - source.move.to).head<3>();
-  if (displacement.norm() > options_.largest_offset)
-    throw core::InputError(fmt::format("{}:{}", name_, source.move.state.line),
-                           fmt::format("an offset of {:.1f} um", displacement.norm() / units::um),
-                           fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
-  if (section.moves == 0) {
+  if (section.seconds == 0.0) {
     section.frame = source.frame;
-    section.low = section.high = displacement;
+    section.low = section.high = displacement(source, predicted, predicted.end, predicted.offset_um);
   }
   if (section.frame.work_number != source.frame.work_number)
     throw core::InputError(fmt::format("{}:{}", name_, source.move.state.line),
                            "another work offset between two retracted moves",
                            "a rapid move up along Z before each change of the work offset");
-  ++section.moves;
-  section.sum += displacement;
-  section.low = section.low.cwiseMin(displacement);
-  section.high = section.high.cwiseMax(displacement);
-  summary_.largest_um = std::max(summary_.largest_um, displacement.norm() / units::um);
+  // The trapezoidal rule over the begin, the moments within and the end.
+  double time = predicted.start;
+  Eigen::Vector3d last = displacement(source, predicted, predicted.begin, predicted.begin_um);
+  const auto add = [&](double until, const Eigen::Vector3d& next) {
+    const double seconds = std::max(until - time, 1e-9);
+    section.seconds += seconds;
+    section.sum += 0.5 * seconds * (last + next);
+    section.low = section.low.cwiseMin(last).cwiseMin(next);
+    section.high = section.high.cwiseMax(last).cwiseMax(next);
+    summary_.largest_um = std::max(summary_.largest_um, next.norm() / units::um);
+    time = until;
+    last = next;
+  };
+  for (const MoveSample& sample : predicted.inside)
+    add(sample.time, displacement(source, predicted, sample.positions, sample.offset_um));
+  add(predicted.time, displacement(source, predicted, predicted.end, predicted.offset_um));
+}
+
+/// m, of the programmed point
+Eigen::Vector3d ShiftRewriter::displacement(const Source& source, const PredictedMove& predicted, Positions positions,
+                                            const Eigen::VectorXd& offset_um) const {
+  const Nine nominal = motion_.values(positions, source.move, source.move.to);
+  for (std::size_t i = 0; i < predicted.field->axes().size(); ++i)
+    positions[motion_.machine().axis_index(predicted.field->axes()[i])] += offset_um[i] * units::um;
+  const Eigen::Vector3d displacement = (motion_.values(positions, source.move, nominal) - nominal).head<3>();
+  if (displacement.norm() > options_.largest_offset)
+    throw core::InputError(fmt::format("{}:{}", name_, source.move.state.line),
+                           fmt::format("an offset of {:.1f} um", displacement.norm() / units::um),
+                           fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
+  return displacement;
 }
 
 void ShiftRewriter::finish(const std::function<void(const std::string&)>& out) {
   std::map<std::size_t, std::string> updates;
   std::map<int, Eigen::Vector3d> in_use;
   for (const Section& section : sections_) {
-    if (section.moves == 0) continue;
-    const Eigen::Vector3d mean = section.sum / static_cast<double>(section.moves);
+    if (section.seconds == 0.0) continue;
+    const Eigen::Vector3d mean = section.sum / section.seconds;
     Eigen::Vector3d& used = in_use.emplace(section.frame.work_number, Eigen::Vector3d::Zero()).first->second;
     if ((mean - used).cwiseAbs().maxCoeff() > options_.tolerance) {
       const double unit = section.unit;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Puts updates of the work offset into the program, at retracted moves: behind a line whose one rapid move goes up
-// along Z alone, outside of loops and subprograms. An update holds the mean displacement of the cutting moves up to the
-// next one, in the unit that holds at its place. It is written where it differs from the last by more than the
-// tolerance; all other text stays.
+// along Z alone, outside of loops and subprograms. An update holds the mean displacement over the time of the cutting
+// moves up to the next one, in the unit that holds at its place. It is written where it differs from the last by more
+// than the tolerance; all other text stays.
 
 #include <deque>
 #include <functional>
@@ -46,8 +46,10 @@ private:
     double unit = 1e-3;      ///< m, behind that line
     Frame frame;             ///< of its first cutting move
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
-    long moves = 0;
+    double seconds = 0;  ///< of its cutting moves
   };
+  Eigen::Vector3d displacement(const Source& source, const PredictedMove& predicted, Positions positions,
+                               const Eigen::VectorXd& offset_um) const;
   bool is_open(std::size_t line) const;
 
   ProgramText lines_;

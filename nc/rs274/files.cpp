@@ -23,7 +23,8 @@ namespace {
 bool guarded = false;
 std::string allowed_folder, refused;
 std::vector<Rule> word_rules;
-std::vector<char*> texts;  // of rewritten files, kept to the end
+std::vector<char*> texts;                                     // of rewritten files, kept to the end
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // of UTF-8
 /// Stands for words that were left out, so that a line of them alone counts as executed.
 constexpr const char* left_out = "(thermotwin:left out)";
 
@@ -87,11 +88,15 @@ char* rewritten_text(FILE* file, std::size_t& size) {
   for (ssize_t n = getline(&raw, &capacity, file); n >= 0; n = getline(&raw, &capacity, file)) {
     ++number;
     std::string line(raw, n);
+    if (number == 1 && line.starts_with(byte_order_mark)) {
+      line.erase(0, byte_order_mark.size());
+      differs = true;
+    }
     if (is_python(line)) {
       begin_block(number, 0);
       stop(Stop::program, "Python in a comment, which is not executed");
     }
-    if (word_rules.empty()) continue;
+    if (word_rules.empty() && !differs) continue;
     try {
       std::string changed = rewritten_line(line, word_rules);
       differs = differs || changed != line;

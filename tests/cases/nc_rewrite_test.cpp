@@ -211,6 +211,57 @@ TEST_F(NcRewrite, PathIsWithinToleranceTenTimesABlock) {
   EXPECT_NE(corrected("whole").find("G19 G3 X"), std::string::npos) << "arcs stay arcs";
 }
 
+// A line and a circle of a minute each while the spindle heats the machine: the offset is that of place and time, also
+// in the means of operations.csv and in the update of --rewrite shift.
+TEST_F(NcRewrite, LongBlocksFollowTheDrift) {
+  constexpr double pi = std::numbers::pi, tolerance = 0.5;
+  const std::string head = "G21 G90 G17\nM3 S9000\nG0 X-50 Y0 Z30\n";
+  std::string whole = head + "G1 X50 F100\nG2 X50 Y0 I-15 J0 F90\n", fine = head;
+  for (int k = 1; k <= 60; ++k) fine += fmt::format("G1 X{:.6f} F100\n", -50.0 + k / 0.6);
+  for (int k = 1; k <= 120; ++k) {
+    const double angle = -2.0 * pi * k / 120;
+    fine += fmt::format("G1 X{:.6f} Y{:.6f} F90\n", 35.0 + 15.0 * std::cos(angle), 15.0 * std::sin(angle));
+  }
+  whole += "M2\n";
+  fine += "M2\n";
+  const json summary = run(whole, "whole", {"--rewrite", "path", "--tolerance", fmt::format("{}", tolerance)});
+  run(fine, "fine", {});
+  EXPECT_LE(summary["rewrite"]["lines_after"], 16) << corrected("whole");
+  const core::Table wanted = blocks("fine");
+  ASSERT_EQ(wanted.rows(), 181);
+  const Path path(corrected("whole"));
+  double worst = 0.0;
+  for (Eigen::Index i = 0; i < wanted.rows(); ++i)
+    worst = std::max(worst, 1e3 * path.distance(position(wanted, i) + offset_mm(wanted, i)));
+  EXPECT_LE(worst, tolerance + 0.2) << corrected("whole");
+  const Eigen::VectorXd z = wanted.column("offset_Z_um");
+  EXPECT_GT(std::abs(z[60] - z[0]), 4.0) << "the line heats the machine too little to show anything";
+  EXPECT_GT(std::abs(z[180] - z[60]), 4.0) << "the circle heats the machine too little to show anything";
+  const auto mean = [&](const char* folder) {
+    return core::read_csv(toy.file(std::string(folder) + "/operations.csv")).column("mean_offset_Z_um")[0];
+  };
+  EXPECT_NEAR(mean("whole"), mean("fine"), 0.02);
+  const double line_s = 60.0, circle_s = 20.0 * pi;
+  const double over_time = (line_s * z.segment(1, 60).mean() + circle_s * z.tail(120).mean()) / (line_s + circle_s);
+  EXPECT_NEAR(mean("whole"), over_time, 0.2);
+  run(whole, "update", {"--rewrite", "shift"});
+  const std::string text = corrected("update");
+  const std::size_t update = text.find("G10 L2 P1");
+  ASSERT_NE(update, std::string::npos) << text;
+  EXPECT_NEAR(1e3 * std::stod(text.substr(text.find('Z', update) + 1)), mean("whole"), 0.1) << text;
+}
+
+// A byte order mark is none of the program's text.
+TEST_F(NcRewrite, AByteOrderMarkIsKeptOutOfTheWay) {
+  const std::string mark = "\xEF\xBB\xBF", text = "G21 G90\nG0 X10 Z60\nG1 X20 F500\nM2\n";
+  const std::vector<std::string> how = {"--rewrite", "path", "--start-C", "26"};
+  run(mark + text, "marked", how);
+  run(text, "plain", how);
+  EXPECT_EQ(corrected("marked"), corrected("plain"));
+  run(mark + text, "cold", {"--rewrite", "path", "--start-C", "20"});
+  EXPECT_EQ(corrected("cold"), mark + text) << "without an offset the same bytes";
+}
+
 TEST_F(NcRewrite, TextOfALineStays) {
   run("G21 G90 (start)\nN10 G0 X10 Y10 S500 M3 (to the part)\nN20 G1 Z45 F120 ; down\nX20 Y10\nM9 (off)\nM5\nM2\n",
       "text", {"--rewrite", "path", "--start-C", "24", "--tolerance", "50"});
@@ -265,6 +316,9 @@ TEST_F(NcRewrite, WhatRunsSeveralTimesIsWrittenOut) {
   run(corrected("loops"), "again", {"--start-C", "26"});
   expect_displaced("loops", "again", 1.2e-4);
   EXPECT_EQ(corrected("loops").find("o1"), std::string::npos);
+  // The feed of a cycle goes with its first line.
+  EXPECT_EQ(corrected("loops").find("\nF"), std::string::npos) << corrected("loops");
+  EXPECT_EQ(corrected("loops").find("\n "), std::string::npos) << corrected("loops");
 }
 
 TEST_F(NcRewrite, InchesRotationAndWorkOffsetsAreRespected) {

@@ -24,15 +24,17 @@ CorrectedProgram::CorrectedProgram(const NcOptions& options, const nc::ControlPr
   rewrite.words = control.words;
   file_ = folder / name_;
   stream_.open(file_, std::ios::binary);
-  const auto expect = [this](const nc::ExpectedMove& move) { read_back_.expect(move); };
   nc::ProgramText lines = nc::ProgramText::of_file(program_);
   if (options.rewrite == "shift") {
-    shift_ = std::make_unique<nc::ShiftRewriter>(std::move(lines), program_.string(), motion, rewrite, expect);
+    shift_ = std::make_unique<nc::ShiftRewriter>(std::move(lines), program_.string(), motion, rewrite,
+                                                 [this](const nc::ExpectedMove& move) { read_back_.expect(move); });
     return;
   }
   path_ = std::make_unique<nc::PathRewriter>(
       std::move(lines), program_.string(), motion, rewrite, [this](const std::string& text) { stream_ << text; },
-      expect);
+      [this](const nc::ExpectedMove& move, const std::vector<nc::ExpectedPoint>& inside) {
+        read_back_.expect(move, inside);
+      });
 }
 
 void CorrectedProgram::block(const nc::Block& block, const nc::Frame& frame) {

@@ -90,5 +90,34 @@ TEST_F(NcReadBack, NamesTheLineAndTheDifference) {
   }
 }
 
+// Ends alone do not show a line or an arc that is displaced by the wrong offset within.
+TEST_F(NcReadBack, ComparesPointsWithinABlock) {
+  constexpr const char* part = "G21 G90 G17\nG1 X10 Z0 F600\nG3 X-10 I-10 J0\nM2\n";
+  const auto said_of = [&](double line_z, double arc_y) {
+    ReadBack read_back(folder / "moves.bin");
+    ProgramSink sink;
+    sink.pause = [](const Pause&) {};
+    sink.move = [&](const Move& move, const Frame& frame) {
+      const bool arc = move.kind == MoveKind::arc;
+      const ExpectedPoint first{0.25, {2.5e-3, 0, 0}, 1e-6}, second{0.5, {5e-3, 0, line_z}, 1e-6},
+          third{0.5, {0, arc_y, 0}, 1e-6};
+      read_back.expect(ExpectedMove::of(move, frame, move.to), arc ? std::vector{third} : std::vector{first, second});
+    };
+    const ProgramSummary summary = read_program(program("part.ngc", part), control, sink);
+    try {
+      read_back.check(program("part.corrected.ngc", part), control, summary, 0.0);
+    } catch (const core::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(said_of(0.0, 10e-3), "");
+  for (const auto& [line_z, arc_y, words] :
+       {std::tuple{11.6e-6, 10e-3, ":2: the corrected program does not do the same"},
+        {11.6e-6, 10e-3, "a line is 11.60 um off at 50 % of it"},
+        {0.0, 10.0048e-3, "an arc is 4.80 um off at 50 % of it"}})
+    EXPECT_NE(said_of(line_z, arc_y).find(words), std::string::npos) << said_of(line_z, arc_y);
+}
+
 }  // namespace
 }  // namespace thermotwin::nc
