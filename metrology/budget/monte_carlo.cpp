@@ -220,7 +220,10 @@ double numerical_tolerance(double std, int digits) {
 
 Comparison compare(const Budget& budget, const GumResult& gum, const MonteCarloResult& draws, Index quantity) {
   Comparison result;
-  result.tolerance = numerical_tolerance(gum.std[quantity], budget.digits);
+  // Where contributions cancel each other, u and the ends of both intervals are their rounding.
+  const double rounding = 256.0 * std::numeric_limits<double>::epsilon() *
+                          (std::abs(gum.value[quantity]) + gum.contribution.row(quantity).cwiseAbs().sum());
+  result.tolerance = std::max(numerical_tolerance(gum.std[quantity], budget.digits), rounding);
   const CoverageInterval& interval = draws.symmetric[quantity];
   result.low_apart = std::abs(gum.value[quantity] - gum.expanded[quantity] - interval.low);
   result.high_apart = std::abs(gum.value[quantity] + gum.expanded[quantity] - interval.high);

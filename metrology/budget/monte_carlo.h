@@ -36,7 +36,7 @@ enum class Agreement { agree, disagree, undecided };
 
 /// Clause 8 for one measurand: the intervals y +- U and that of the draws agree within the tolerance of u.
 struct Comparison {
-  double tolerance = 0;                  ///< half a unit of the last significant digit of u
+  double tolerance = 0;                  ///< half a unit of the last significant digit of u; of 0 that of rounding
   double low_apart = 0, high_apart = 0;  ///< between the ends of both intervals
   Agreement agreement = Agreement::agree;
   bool enough_draws = false;  ///< the ends of the draws are known to a fifth of the tolerance, 2 standard deviations

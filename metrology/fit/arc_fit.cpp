@@ -57,8 +57,8 @@ ArcFit fit_arc(const MatrixX3d& points, const ArcFrame& frame, CircleMethod meth
   const Circle circle = fit_circle(flat.leftCols<2>(), method, place);
   ArcFit result;
   result.span = span_of(flat.leftCols<2>(), circle.centre);
-  if (result.span < least_span) {
-    throw core::InputError(place, fmt::format("an arc of {:.3g} deg", result.span / core::units::deg),
+  if (result.span < least_span - span_rounding) {
+    throw core::InputError(place, fmt::format("an arc of {:.4g} deg", result.span / core::units::deg),
                            fmt::format("at least {:.3g} deg", least_span / core::units::deg));
   }
   const Vector3d centre = plane.point + turn.transpose() * Vector3d(circle.centre[0], circle.centre[1], 0.0);

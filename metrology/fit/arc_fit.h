@@ -9,6 +9,7 @@
 
 #include <string>
 
+#include "core/units.h"
 #include "metrology/fit/circle_fit.h"
 
 namespace thermotwin::metrology {
@@ -31,8 +32,8 @@ struct ArcFit {
   double span = 0;                                   ///< rad, of the arc: a turn less the largest gap
 };
 
-/// Arcs below this span determine no axis.
-inline constexpr double least_span = 0.17;  // rad, 10 deg
+/// Arcs below this span determine no axis. A hundredth of a degree is for the rounding of points.
+inline constexpr double least_span = 10.0 * core::units::deg, span_rounding = 0.01 * core::units::deg;
 
 /// @param points  (n x 3) m @throws InputError: too few points, points that are no arc, a span below least_span
 ArcFit fit_arc(const Eigen::MatrixX3d& points, const ArcFrame& frame, CircleMethod method = CircleMethod::geometric,

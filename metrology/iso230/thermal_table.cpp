@@ -83,12 +83,10 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
     if (channel.kind != ChannelKind::displacement) continue;
     const VectorXd values = measurement.values(channel);
     std::vector<double> first_hour, whole;
-    double start = 0.0;
     for (Index i = 0; i < values.size(); ++i) {
       if (std::isnan(values[i])) continue;
-      if (whole.empty()) start = time[i];
       whole.push_back(values[i]);
-      if (time[i] <= start + core::units::hour) first_hour.push_back(values[i]);
+      if (time[i] <= time[0] + core::units::hour) first_hour.push_back(values[i]);
     }
     if (whole.size() < 2) {
       throw InputError(measurement.data.source + " " + channel.id, fmt::format("{} values", whole.size()),
@@ -98,7 +96,7 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
     row.channel = channel.id;
     row.unit = channel.unit;
     row.count = std::ssize(whole);
-    row.first_hour = range_of(first_hour);
+    if (table.has_an_hour() && !first_hour.empty()) row.first_hour = range_of(first_hour);
     row.whole = range_of(whole);
     row.last = whole.back() - whole.front();
     row.uncertainty = std::sqrt(2.0) * channel.uncertainty;

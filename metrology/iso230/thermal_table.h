@@ -9,13 +9,15 @@
 #include <vector>
 
 #include "compensation/measurement/measurement.h"
+#include "core/units.h"
 
 namespace thermotwin::metrology {
 
 struct ThermalRow {
   std::string channel, unit;  ///< um or um/m
   Eigen::Index count = 0;
-  double first_hour = 0;   ///< range from the first value on, for an hour, unit
+  /// Range within an hour from the start of the record, unit; NaN: no value in it, or a shorter record
+  double first_hour = std::numeric_limits<double>::quiet_NaN();
   double whole = 0;        ///< range of all values, unit
   double last = 0;         ///< last value less the first, unit
   double uncertainty = 0;  ///< one standard deviation of a range, from the stated one of a value: sqrt(2) of it
@@ -28,6 +30,7 @@ struct ThermalTable {
   std::string ambient;           ///< channel of the gradients; empty: none
   double ambient_range = 0;      ///< K
   std::vector<ThermalRow> rows;  ///< one a displacement channel
+  bool has_an_hour() const { return duration >= core::units::hour * (1.0 - 1e-9); }
 };
 
 /// @param ambient  a temperature channel; empty: no gradients

@@ -15,6 +15,28 @@ bool is_continuous(const RTestRecord& record) {
                      [](const RTestCycle& cycle) { return cycle.points.size() >= least_arc_points; });
 }
 
+namespace {
+
+/// Index of X, Y or Z along which an axis of rotation is.
+Eigen::Index along(const mesh::ChainAxis& axis) {
+  Eigen::Index most = 0;
+  axis.direction.cwiseAbs().maxCoeff(&most);
+  return most;
+}
+
+}  // namespace
+
+ArcNames arc_names(const RTestRecord& record) {
+  const mesh::ChainAxis& axis = *record.chain.find(record.moved_axes().front());
+  ArcNames names;
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    const Eigen::Index at = (along(axis) + 1 + i) % 3;
+    names.centre[i] = std::string(1, "XYZ"[at]) + "0" + axis.id;
+    names.tilt[i] = std::string(1, "ABC"[at]) + "0" + axis.id;
+  }
+  return names;
+}
+
 std::vector<ArcFit> fit_cycles(const RTestRecord& record, CircleMethod method) {
   if (!is_continuous(record)) {
     throw core::InputError(record.source, "no continuous test",
@@ -27,8 +49,10 @@ std::vector<ArcFit> fit_cycles(const RTestRecord& record, CircleMethod method) {
   const RTestPoint& first = record.cycles.front().points.front();
   const Eigen::Isometry3d carrier =
       mesh::KinematicChain::frame(branch, static_cast<int>(at - branch.begin()) - 1, first.positions);
-  const Vector3d origin = carrier * axis.origin;
-  const ArcFrame frame = ArcFrame::about(carrier.linear() * axis.direction, first.nominal - origin, origin);
+  const Eigen::Index letter = along(axis);
+  const Vector3d direction = axis.direction[letter] < 0.0 ? Vector3d(-axis.direction) : axis.direction;
+  const ArcFrame frame = ArcFrame::about(carrier.linear() * direction,
+                                         carrier.linear() * Vector3d::Unit((letter + 1) % 3), carrier * axis.origin);
   const double sign = axis.table_side ? -1.0 : 1.0;  // deviation = tool - workpiece
   std::vector<ArcFit> fits;
   for (const RTestCycle& cycle : record.cycles) {

@@ -22,12 +22,12 @@ TEST(Measure, BudgetsByBothMethods) {
   const Toy toy;
   const Result result = toy.run({"measure", "uncertainty", budget("jcgm101_rectangular.toml"), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
-  const nlohmann::json json = nlohmann::json::parse(result.out);
-  const nlohmann::json& dominated = json["quantities"][1];
+  const nlohmann::json found = nlohmann::json::parse(result.out);
+  const nlohmann::json& dominated = found["quantities"][1];
   EXPECT_NEAR(dominated["gum"]["expanded"].get<double>(), 19.9, 0.1);
   EXPECT_NEAR(dominated["monte_carlo"]["interval"][1].get<double>(), 17.0, 0.05);
   EXPECT_EQ(dominated["verdict"], "disagree");
-  EXPECT_EQ(json["quantities"][0]["verdict"], "agree");
+  EXPECT_EQ(found["quantities"][0]["verdict"], "agree");
   EXPECT_TRUE(fs::exists(toy.result("uncertainty.json")));
   const Result text = toy.run({"measure", "uncertainty", budget("jcgm101_rectangular.toml")});
   for (const char* words : {"dominated: GUM and Monte Carlo: disagree", "alike: GUM and Monte Carlo: agree"})
@@ -50,9 +50,9 @@ TEST(Measure, ArcsAreDrawn) {
   const Toy toy;
   const Result result = toy.run({"measure", "uncertainty", "--arc", "90,150", "--draws", "200", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
-  const nlohmann::json json = nlohmann::json::parse(result.out);
-  EXPECT_NEAR(json["arcs"][0]["centre_along"]["theory"].get<double>(), 0.655, 0.01);
-  EXPECT_NEAR(json["arcs"][1]["tilt_across"]["theory"].get<double>(), 0.37, 0.01);
+  const nlohmann::json found = nlohmann::json::parse(result.out);
+  EXPECT_NEAR(found["arcs"][0]["centre_along"]["theory"].get<double>(), 0.655, 0.01);
+  EXPECT_NEAR(found["arcs"][1]["tilt_across"]["theory"].get<double>(), 0.37, 0.01);
   EXPECT_EQ(core::read_csv(toy.result("arcs.csv")).rows(), 400);
   EXPECT_TRUE(fs::exists(toy.result("arcs.svg")));
 }
@@ -90,7 +90,7 @@ TEST(Measure, RTestBecomesAFolderThatEvaluateReads) {
             "'temperature'\nunit = 'degC'\nuncertainty = 0.1\n");
   const Result result = toy.run({"measure", "analyse", toy.file("rtest"), "--record", toy.file("loads"), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
-  const nlohmann::json json = nlohmann::json::parse(result.out), errors = json["cycles"][2]["errors"];
+  const nlohmann::json found = nlohmann::json::parse(result.out), errors = found["cycles"][2]["errors"];
   EXPECT_NEAR(errors["X0C"]["value"].get<double>(), 20.0, 0.01);
   EXPECT_NEAR(errors["Y0C"]["value"].get<double>(), 0.0, 0.01);
   EXPECT_NEAR(errors["A0C"]["value"].get<double>(), 100.0, 0.05);

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "metrology/iso230/thermal_table.h"
@@ -19,6 +20,7 @@
 #include "metrology/rtest/continuous.h"
 #include "metrology/rtest/grid.h"
 #include "metrology/rtest/result_folder.h"
+#include "metrology/rtest/sphere_places.h"
 #include "metrology/surface/surface.h"
 #include "tools/measure/estimate_plots.h"
 #include "tools/measure/json_number.h"
@@ -88,7 +90,27 @@ json arcs_json(const RTestRecord& record) {
     }
     methods[name] = fits;
   }
+  const metrology::ArcNames of = metrology::arc_names(record);
+  methods["names"] = {of.centre[0], of.centre[1], of.tilt[0], of.tilt[1]};
   return methods;
+}
+
+/// The geometric circle of the last cycle, and its change from the first one.
+std::string arcs_words(const RTestRecord& record) {
+  if (!metrology::is_continuous(record)) return "";
+  const metrology::ArcNames of = metrology::arc_names(record);
+  const std::vector<metrology::ArcFit> fits = metrology::fit_cycles(record, metrology::CircleMethod::geometric);
+  const auto words = [&](const Eigen::Vector2d& centre, const Eigen::Vector2d& tilt) {
+    return fmt::format("{} {:.2f} um, {} {:.2f} um, {} {:.2f} um/m, {} {:.2f} um/m", of.centre[0],
+                       centre[0] / units::um, of.centre[1], centre[1] / units::um, of.tilt[0], tilt[0] / units::um,
+                       of.tilt[1], tilt[1] / units::um);
+  };
+  const metrology::ArcFit &first = fits.front(), &last = fits.back();
+  std::string text = fmt::format("circle and plane of cycle {}: {}; radius {:.4f} mm, arc of {:.1f} deg\n", fits.size(),
+                                 words(last.centre, last.tilt), last.radius / units::mm, last.span / units::deg);
+  if (fits.size() > 1)
+    text += fmt::format("  less those of cycle 1: {}\n", words(last.centre - first.centre, last.tilt - first.tilt));
+  return text;
 }
 
 constexpr std::size_t most_columns = 8;  ///< errors beside each other on the terminal
@@ -182,6 +204,15 @@ std::optional<compensation::Measurement> beside_of(const MeasureOptions& options
   return compensation::read_measurement(options.record);
 }
 
+/// Where on the table the points are, with a warning where they contradict the positions of the axes.
+std::string places_words(const RTestRecord& record, json& result) {
+  const metrology::SpherePlaces places = metrology::sphere_places(record);
+  result["places_on_table"] = places.count;
+  if (!places.doubt.empty()) core::warn(places.doubt);
+  return fmt::format("the points mean {}{} place{} of the sphere on the table\n", places.count,
+                     places.is_cut ? " or more" : "", places.count == 1 ? "" : "s");
+}
+
 /// The files that all records have in common, and the summary.
 void write_estimates(const MeasureOptions& options, const Estimates& estimates,
                      const compensation::Measurement& measurement, const std::string& table, const std::string& picture,
@@ -219,6 +250,7 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   std::string text = text_of(analysis) + residual_words(analysis, record.std);
   if (record.drift && !analysis.cycles.back().drift_estimated)
     text += "no cycle repeats a point: drift during a cycle is not corrected\n";
+  if (!grid) text += arcs_words(record) + places_words(record, result);
   if (channels == "errors") text += points_words(points);
   write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
                   over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
@@ -256,15 +288,16 @@ void analyse_thermal(const MeasureOptions& options) {
   if (!table.ambient.empty()) rows[0].insert(rows[0].end(), {"per K", "u"});
   json json_rows = json::array();
   for (const metrology::ThermalRow& row : table.rows) {
-    rows.push_back({row.channel, row.unit, fmt::format("{:.3g}", row.first_hour), fmt::format("{:.3g}", row.whole),
-                    fmt::format("{:.3g}", row.last), fmt::format("{:.2g}", row.uncertainty)});
+    rows.push_back({row.channel, row.unit, std::isnan(row.first_hour) ? "-" : fmt::format("{:.3g}", row.first_hour),
+                    fmt::format("{:.3g}", row.whole), fmt::format("{:.3g}", row.last),
+                    fmt::format("{:.2g}", row.uncertainty)});
     if (!table.ambient.empty())
       rows.back().insert(rows.back().end(),
                          {fmt::format("{:.3g}", row.gradient), fmt::format("{:.2g}", row.gradient_std)});
     json_rows.push_back({{"channel", row.channel},
                          {"unit", row.unit},
                          {"count", row.count},
-                         {"range_first_hour", row.first_hour},
+                         {"range_first_hour", number_or_null(row.first_hour)},
                          {"range", row.whole},
                          {"end", row.last},
                          {"std_of_a_range", row.uncertainty},
@@ -278,7 +311,9 @@ void analyse_thermal(const MeasureOptions& options) {
   core::write_file(options.out / "thermal_table.json", result.dump(1) + "\n");
   std::string text = core::format_table(rows) + fmt::format("{:.4g} h", table.duration / units::hour);
   if (!table.ambient.empty()) text += fmt::format("; {} changes by {:.3g} K", table.ambient, table.ambient_range);
-  print_summary(options, text + fmt::format("; in {}\n", (options.out / "thermal_table.json").string()), result.dump());
+  text += fmt::format("; in {}\n", (options.out / "thermal_table.json").string());
+  if (!table.has_an_hour()) text += "the record is shorter than an hour: it has no range of the first hour\n";
+  print_summary(options, text, result.dump());
 }
 
 }  // namespace

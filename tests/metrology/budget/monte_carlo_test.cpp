@@ -109,6 +109,18 @@ TEST(MonteCarlo, LimitsThatAreKnownInexactlyWidenTheDraws) {
                core::InputError);
 }
 
+// Two contributions that cancel leave rounding, in which both methods differ.
+TEST(MonteCarlo, RoundingIsNoDisagreement) {
+  const Budget budget = Budget::parse(
+      "schema = 1\ninput = [{name = \"a\", value = 0, std = 1}, {name = \"b\", value = 1, std = 0.1}]\ncorrelation = "
+      "[{between = [\"a\", \"b\"], coefficient = 1}]\nquantity = [{name = \"y\", formula = \"a - 10 * b\"}]\n",
+      "b.toml");
+  const Comparison compared = compare(budget, gum(budget), monte_carlo(budget), 0);
+  EXPECT_EQ(compared.agreement, Agreement::agree);
+  EXPECT_LT(compared.tolerance, 1e-11);
+  EXPECT_TRUE(compared.enough_draws);
+}
+
 TEST(MonteCarlo, ToleranceIsHalfAUnitOfTheLastDigit) {
   EXPECT_DOUBLE_EQ(numerical_tolerance(0.0347, 2), 0.0005);
   EXPECT_DOUBLE_EQ(numerical_tolerance(0.0347, 1), 0.005);

@@ -60,6 +60,22 @@ TEST(ThermalTable, RangesAndGradients) {
   EXPECT_TRUE(std::isnan(thermal_table(etve(), "").rows[0].gradient));
 }
 
+// The first hour is that of the test, whenever a channel begins; a shorter record has none.
+TEST(ThermalTable, TheFirstHourIsThatOfTheTest) {
+  Measurement measurement = etve();
+  measurement.data.values.col(2).head(7).setConstant(std::nan(""));
+  EXPECT_NEAR(thermal_table(measurement, "").rows[0].first_hour,
+              measurement.data.values(7, 2) - measurement.data.values(12, 2), 1e-9);
+  measurement.data.values.col(2).head(20).setConstant(std::nan(""));
+  EXPECT_TRUE(std::isnan(thermal_table(measurement, "").rows[0].first_hour));
+  measurement = etve();
+  measurement.data.values.conservativeResize(7, Eigen::NoChange);
+  const ThermalTable brief = thermal_table(measurement, "");
+  EXPECT_FALSE(brief.has_an_hour());
+  EXPECT_TRUE(std::isnan(brief.rows[0].first_hour));
+  EXPECT_TRUE(std::isfinite(brief.rows[0].whole));
+}
+
 TEST(ThermalTable, AnAmbientGoesByItsNameToo) {
   Measurement measurement = etve();
   measurement.channels[0].id = "air.T_C";
