@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "compensation/online/work_before.h"
 #include "core/progress.h"
 #include "core/range.h"
 #include "core/thread_pool.h"
@@ -16,29 +17,50 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+constexpr double correlation_s = 1800.0;  ///< of what the model gets wrong at a sensor, as in the observer
+
+}  // namespace
+
 void ChoiceOptions::validate() const {
   core::require_within("sensors: noise_K", noise_K, {1e-6, 100.0});
   core::require_within("sensors: bias_K", bias_K, {0.0, 100.0});
   core::require_within("sensors: exchanges", exchanges, {0.0, 1000.0});
 }
 
+double Left::all_um() const { return std::hypot(parameters_um, mesh_um); }
+
 SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::vector<UncertainParameter>& parameters,
-                           const MatrixXd& places, const MatrixXd& tcp, const ChoiceOptions& options)
+                           const MatrixXd& places, const MatrixXd& tcp, const ChoiceOptions& options,
+                           const std::vector<ModelErrors>& errors)
     : options_(options),
       places_(options.choosable < 0 ? places.rows() : options.choosable),
       parameters_(std::ssize(parameters)) {
   options.validate();
   const double poses = static_cast<double>(tcp.rows()) / 3.0;
-  for (const LoadResponses& load : loads) {
+  for (std::size_t l = 0; l < loads.size(); ++l) {
+    const LoadResponses& load = loads[l];
     double before = 0.0;
     for (std::size_t t = 0; t < load.times.size(); ++t) {
       Time time;
       time.places = places * load.states[t];
-      const MatrixXd errors = tcp * load.states[t];
-      time.tcp = errors.transpose() * errors / poses;
+      const MatrixXd moved = tcp * load.states[t];
+      time.tcp = moved.transpose() * moved / poses;
       time.decay.resize(parameters_);
-      for (Index p = 0; p < parameters_; ++p)
-        time.decay[p] = std::exp(-(load.times[t] - before) / parameters[p].memory);
+      const double interval = load.times[t] - before;
+      for (Index p = 0; p < parameters_; ++p) time.decay[p] = std::exp(-interval / parameters[p].memory);
+      time.noise = VectorXd::Constant(places.rows(), options.noise_K * options.noise_K);
+      if (l < errors.size()) {
+        const ModelErrors& of = errors[l];
+        for (Index i = 0; i < places.rows(); ++i)
+          time.noise[i] += std::pow(compensation::reading_std(0.0, of.changes_K[t][i]), 2);
+        time.noise *= std::max(1.0, correlation_s / interval);
+        if (!of.places_K.empty()) {
+          time.mesh_K = of.places_K[t];
+          time.mesh_um2 = of.tcp_um[t].squaredNorm() / poses;
+        }
+      }
       time.first = t == 0;
       before = load.times[t];
       times_.push_back(std::move(time));
@@ -46,31 +68,38 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
   }
 }
 
-double SensorChoice::left_um(const std::vector<int>& sensors) const {
+Left SensorChoice::left(const std::vector<int>& sensors) const {
   const Index k = std::ssize(sensors), size = parameters_ + k;
   MatrixXd p(size, size);
-  VectorXd row(size), gain(size);
-  double sum = 0.0;
+  VectorXd row(size), gain(size), mistaken = VectorXd::Zero(size);
+  double variance_um2 = 0.0, mesh_um2 = 0.0;
   for (const Time& time : times_) {
     if (time.first) {
       p.setIdentity();
       p.bottomRightCorner(k, k) *= options_.bias_K * options_.bias_K;
+      mistaken.setZero();
     } else {
       p.topRows(parameters_).array().colwise() *= time.decay.array();
       p.leftCols(parameters_).array().rowwise() *= time.decay.array().transpose();
       p.diagonal().head(parameters_).array() += 1.0 - time.decay.array().square();
+      mistaken.head(parameters_).array() *= time.decay.array();
     }
     for (Index s = 0; s < k; ++s) {
       row.head(parameters_) = time.places.row(sensors[s]).transpose();
       row.tail(k).setZero();
       row[parameters_ + s] = 1.0;
       gain.noalias() = p * row;
-      const double variance = row.dot(gain) + options_.noise_K * options_.noise_K;
+      const double variance = row.dot(gain) + time.noise[sensors[s]];
+      if (time.mesh_K.size() > 0) mistaken += gain * ((time.mesh_K[sensors[s]] - row.dot(mistaken)) / variance);
       p.noalias() -= gain * (gain.transpose() / variance);
     }
-    sum += time.tcp.cwiseProduct(p.topLeftCorner(parameters_, parameters_)).sum();
+    variance_um2 += time.tcp.cwiseProduct(p.topLeftCorner(parameters_, parameters_)).sum();
+    if (time.mesh_K.size() == 0) continue;
+    const auto found = mistaken.head(parameters_);
+    mesh_um2 += time.mesh_um2 + found.dot(time.tcp * found);
   }
-  return std::sqrt(std::max(sum, 0.0) / std::max<double>(1.0, static_cast<double>(times_.size())));
+  const double count = std::max<double>(1.0, static_cast<double>(times_.size()));
+  return {std::sqrt(std::max(variance_um2, 0.0) / count), std::sqrt(std::max(mesh_um2, 0.0) / count)};
 }
 
 double SensorChoice::left_after_loss_um(const std::vector<int>& sensors) const {

@@ -7,6 +7,12 @@
 // The TCP's variance is tr(M(t) P(t)), M the mean over the poses of the squared translations per parameter. The
 // criterion is the root of its mean over all times and load programs, in um.
 //
+// The mesh of the model differs from the machine by d_i(t) at the places and by e(t) at the TCP (model_errors.h), which
+// no parameter explains. The filter takes them for parameters: it finds m(t) from d_i(t). The mean squares of e(t) and
+// of G(t) m(t) over the poses join the variance. They are not taken to cancel: elasticity makes most of e, which no
+// temperature tells. Noise of a reading: as in the observer, 3 % of the change since the start beside noise_K, one
+// independent sample in half an hour.
+//
 // A place that is best alone may be useless beside two others: three more are taken and the least valuable leave.
 // Greedy: the place that lowers the criterion most joins, one after another. Exchange: each sensor is replaced by the
 // place that lowers the criterion most, until no replacement does (Fedorov 1972).
@@ -15,6 +21,7 @@
 
 #include <vector>
 
+#include "study/placement/model_errors.h"
 #include "study/placement/responses.h"
 
 namespace thermotwin::study {
@@ -28,15 +35,25 @@ struct ChoiceOptions {
   void validate() const;        ///< @throws InputError
 };
 
+/// What is left of the TCP error, RMS over poses, times and load programs, um.
+struct Left {
+  double parameters_um = 0, mesh_um = 0;
+  double all_um() const;
+};
+
 class SensorChoice {
 public:
   /// @param places  (places x order) temperature of each place per state
   /// @param tcp     (3 poses x order) translations per state, um/K
+  /// @param errors  of the model along each load; empty: a reading has noise_K alone and the mesh has no error
   SensorChoice(const std::vector<LoadResponses>& loads, const std::vector<UncertainParameter>& parameters,
-               const Eigen::MatrixXd& places, const Eigen::MatrixXd& tcp, const ChoiceOptions& options);
+               const Eigen::MatrixXd& places, const Eigen::MatrixXd& tcp, const ChoiceOptions& options,
+               const std::vector<ModelErrors>& errors = {});
 
   /// The criterion of these places, um.
-  double left_um(const std::vector<int>& sensors) const;
+  double left_um(const std::vector<int>& sensors) const { return left(sensors).all_um(); }
+  /// Its two parts.
+  Left left(const std::vector<int>& sensors) const;
   /// The same after the loss of the sensor without which it is largest; of one sensor: without sensors.
   double left_after_loss_um(const std::vector<int>& sensors) const;
 
@@ -54,7 +71,10 @@ private:
     Eigen::MatrixXd places;  // (places x parameters) K
     Eigen::MatrixXd tcp;     // (parameters x parameters) um^2
     Eigen::VectorXd decay;   // (parameters) a since the time before
+    Eigen::VectorXd noise;   // (places) variance of a reading, K^2
     bool first = false;      // of a load program
+    Eigen::VectorXd mesh_K;  // (places) d; empty: no second mesh
+    double mesh_um2 = 0;     // e^T e over the number of poses
   };
   std::vector<Time> times_;
   ChoiceOptions options_;

@@ -19,6 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double deviations95 = 1.959963984540054;
+constexpr double nearly_one = 1.0 - 1e-15;
 constexpr double kept_variance = 1e-10;  // share of the outputs' squares that scores may leave out
 
 double clip(double share) { return std::clamp(share, 0.0, 1.0); }
@@ -30,16 +31,48 @@ VectorXd jackknife(const MatrixXd& without) {
   return ((n - 1.0) / n * (without.rowwise() - mean).colwise().squaredNorm()).cwiseSqrt().transpose();
 }
 
-/// @param sums  over samples, that the estimators are made of: 2 of the variance, then 2 for each parameter
-VectorXd shares_of(const VectorXd& sums, double n, int parameters) {
-  // Variance of A and B together; the mean was taken away over all of them.
-  const double variance = std::max((sums[0] - sums[1] / (2.0 * n)) / (2.0 * n - 1.0), 1e-300);
-  VectorXd shares(2 * parameters);
-  for (int i = 0; i < parameters; ++i) {
-    shares[i] = sums[2 + 2 * i] / n / variance;
-    shares[parameters + i] = 0.5 * sums[3 + 2 * i] / n / variance;
+/// The quantile of Student's distribution that holds 95 % on both sides (Abramowitz and Stegun 1964, 26.7.5).
+double deviations95_of(double degrees) {
+  const double z = deviations95, z2 = z * z;
+  return z * (1.0 + (z2 + 1.0) / (4.0 * degrees) + ((5.0 * z2 + 16.0) * z2 + 3.0) / (96.0 * std::pow(degrees, 2)) +
+              (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / (384.0 * std::pow(degrees, 3)));
+}
+
+/// Two series of samples with equal distributions: sums for their correlation, with and without a sample.
+class Correlation {
+public:
+  Correlation(const MatrixXd& u, const MatrixXd& v)
+      : products_(u.cwiseProduct(v).rowwise().sum()),
+        squares_(0.5 * (u.rowwise().squaredNorm() + v.rowwise().squaredNorm())),
+        means_(0.5 * (u + v)),
+        product_(products_.sum()),
+        square_(squares_.sum()),
+        mean_(means_.colwise().sum()) {}
+  double all() const { return of(product_, square_, mean_.squaredNorm(), products_.size()); }
+  double without(Index s) const {
+    const double mean = (mean_ - means_.row(s)).squaredNorm();
+    return of(product_ - products_[s], square_ - squares_[s], mean, products_.size() - 1);
   }
-  return shares;
+
+private:
+  double of(double product, double square, double mean, Index count) const {
+    const double level = mean / static_cast<double>(count), variance = square - level;
+    // Samples that are all alike correlate: what makes no difference has a total share of 0.
+    return variance > 1e-14 * square_ ? std::clamp((product - level) / variance, -1.0, 1.0) : 1.0;
+  }
+  VectorXd products_, squares_;
+  MatrixXd means_;
+  double product_, square_;
+  Eigen::RowVectorXd mean_;
+};
+
+/// A correlation with its 95 % interval: by the jackknife on Fisher's scale. @param without  (samples)
+Share with_interval(double value, const VectorXd& without) {
+  const auto scaled = [](double r) { return std::atanh(std::clamp(r, -nearly_one, nearly_one)); };
+  const double half =
+      deviations95_of(static_cast<double>(without.size() - 1)) * jackknife(without.unaryExpr(scaled))[0];
+  const double at = scaled(value);
+  return {value, std::min(value, std::tanh(at - half)), std::max(value, std::tanh(at + half))};
 }
 
 /// Two parameters, by their indices.
@@ -157,38 +190,25 @@ Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
                            fmt::format("4 samples or more of {} rows each", each));
   }
   const MatrixXd scores = scores_of(outputs);
-  // One row of sums a sample: the variance's two, then two of each parameter.
-  MatrixXd sums(n, 2 + 2 * parameters);
-  MatrixXd both(n, scores.cols());
-  for (Index s = 0; s < n; ++s) {
-    const auto a = scores.row(s * each), b = scores.row(s * each + 1);
-    both.row(s) = a + b;
-    sums(s, 0) = a.squaredNorm() + b.squaredNorm();
-    for (int i = 0; i < parameters; ++i) {
-      const auto ab = scores.row(s * each + 2 + i);
-      sums(s, 2 + 2 * i) = b.dot(ab - a);
-      sums(s, 3 + 2 * i) = (a - ab).squaredNorm();
-    }
-  }
-  const VectorXd all = sums.colwise().sum().transpose();
-  const Eigen::RowVectorXd sum = both.colwise().sum();
-  const auto with_mean = [&](VectorXd of, const Eigen::RowVectorXd& total) {
-    of[1] = total.squaredNorm();
-    return of;
-  };
-  const VectorXd shares = shares_of(with_mean(all, sum), static_cast<double>(n), parameters);
-  MatrixXd without(n, shares.size());
-  for (Index s = 0; s < n; ++s) {
-    const VectorXd rest = with_mean(all - sums.row(s).transpose(), sum - both.row(s));
-    without.row(s) = shares_of(rest, static_cast<double>(n - 1), parameters).transpose();
-  }
-  const VectorXd error = jackknife(without);
+  const auto series = [&](Index row) { return MatrixXd(scores(Eigen::seqN(row, n, each), Eigen::all)); };
+  const MatrixXd a = series(0), b = series(1);
+  const Correlation by_chance(a, b);
   Sensitivity result;
-  result.variance = (with_mean(all, sum)[0] - sum.squaredNorm() / (2.0 * n)) / (2.0 * n - 1.0);
-  for (int i = 0; i < 2 * parameters; ++i) {
-    const double half = deviations95 * error[i];
-    (i < parameters ? result.first : result.total)
-        .push_back({shares[i], clip(shares[i] - half), clip(shares[i] + half)});
+  const double count = static_cast<double>(n);
+  result.variance =
+      (a.squaredNorm() + b.squaredNorm() - (a + b).colwise().sum().squaredNorm() / (2.0 * count)) / (2.0 * count - 1.0);
+  for (Index i = 0; i < parameters; ++i) {
+    const MatrixXd ab = series(2 + i);
+    const Correlation alone(b, ab), others(a, ab);
+    VectorXd first(n), rest(n);
+    for (Index s = 0; s < n; ++s) {
+      rest[s] = others.without(s);
+      first[s] = alone.without(s) - rest[s] * by_chance.without(s);
+    }
+    const Share of_first = with_interval(alone.all() - others.all() * by_chance.all(), first);
+    const Share of_rest = with_interval(others.all(), rest);
+    result.first.push_back({clip(of_first.value), clip(of_first.low), clip(of_first.high)});
+    result.total.push_back({clip(1.0 - of_rest.value), clip(1.0 - of_rest.high), clip(1.0 - of_rest.low)});
   }
   return result;
 }

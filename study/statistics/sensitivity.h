@@ -3,11 +3,14 @@
 // First-order and total sensitivities (Sobol 1993) of many outputs together: the variance is the sum of the variances
 // of all outputs (Lamboni, Monod and Makowski 2011), so that directions, poses and times count by their size in um^2.
 //
-// pick_freeze: estimators of Saltelli et al. (2010) for the first order and of Jansen (1999) for the total.
+// pick_freeze: rows of B and AB_i have parameter i in common, rows of A and AB_i all others. The correlation of the
+// former is the first-order share (Janon et al. 2014); that of A and B, which is by chance, is taken away from it times
+// that of A and AB_i (Glen and Isaacs 2012). 1 less the latter is the total share (Jansen 1999). All are from 0 to 1.
 // by_regression: polynomials of degree 2 in each parameter, with the products of the parameters that matter most,
 // fitted to any sample of independent parameters. The variance that they leave counts to the upper ends of totals.
-// 95 % intervals of both are by the jackknife over samples; of a regression on the scale of the square root, where a
-// share near 0 is symmetric.
+// 95 % intervals of both are by the jackknife over samples: of pick_freeze on Fisher's scale of a correlation, with
+// Student's quantile; of a regression on the scale of the square root, where a share near 0 is symmetric. An estimate
+// lies in its interval.
 
 #include <Eigen/Core>
 

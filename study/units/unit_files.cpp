@@ -14,6 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* failure_file = "failed";
+
 std::string file_name(const char* table, std::size_t variant) {
   return fmt::format("{}_{:05}.csv", table, variant + 1);
 }
@@ -64,6 +66,21 @@ void write_unit(const fs::path& study, const Unit& unit, const std::vector<Varia
     files.emplace_back("done");
     return files;
   });
+  std::error_code ignored;
+  fs::remove(unit_folder(study, unit) / failure_file, ignored);
+}
+
+void write_failure(const fs::path& study, const Unit& unit, const std::string& reason) {
+  core::write_file(unit_folder(study, unit) / failure_file, reason + "\n");
+}
+
+std::optional<std::string> failure_of(const fs::path& study, const Unit& unit) {
+  const fs::path file = unit_folder(study, unit) / failure_file;
+  std::error_code error;
+  if (!fs::exists(file, error) || is_done(study, unit)) return std::nullopt;
+  std::string reason = core::read_file(file);
+  while (!reason.empty() && reason.back() == '\n') reason.pop_back();
+  return reason;
 }
 
 std::vector<std::string> stale_units(const fs::path& study, const std::vector<Unit>& units) {

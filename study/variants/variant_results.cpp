@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -181,21 +182,52 @@ std::string by_pose(const mesh::Machine& machine, const VariantStudy& results, c
   return text;
 }
 
-core::Table variants_table(const StudyPlan& plan, const Design& design) {
+core::Table variants_table(const StudyPlan& plan, const Design& design, const std::vector<int>& results) {
   core::Table table;
   table.columns = {"variant", "group"};
   for (const StudyParameter& parameter : plan.parameters) table.columns.push_back(parameter.name);
+  table.columns.emplace_back("results");
   table.values.resize(std::ssize(design.variants), std::ssize(table.columns));
   for (Index v = 0; v < table.rows(); ++v) {
     const Variant& variant = design.variants[v];
     table.values(v, 0) = static_cast<double>(v + 1);
     table.values(v, 1) = static_cast<double>(variant.group + 1);
-    table.values.row(v).tail(std::ssize(plan.parameters)) = variant.values.transpose();
+    table.values.row(v).segment(2, std::ssize(plan.parameters)) = variant.values.transpose();
+    table.values(v, table.values.cols() - 1) = results[v];
   }
   return table;
 }
 
+std::string failures(const Design& design, const VariantStudy& results) {
+  std::string text = "variant,group,load,reason\n";
+  for (const FailedVariant& one : results.failed) {
+    std::string reason = one.reason;
+    std::replace(reason.begin(), reason.end(), '"', '\'');
+    text += fmt::format("{},{},{},\"{}\"\n", one.variant + 1, design.variants[one.variant].group + 1, one.load, reason);
+  }
+  return text;
+}
+
 }  // namespace
+
+std::size_t VariantStudy::computed() const {
+  return std::count_if(results.begin(), results.end(), [&](int count) { return count > 0 && count >= loads; });
+}
+
+std::size_t VariantStudy::failed_variants() const {
+  std::set<std::size_t> variants;
+  for (const FailedVariant& one : failed) variants.insert(one.variant);
+  return variants.size();
+}
+
+std::string words_of(const Unit& unit, const StudyPlan& plan, const Design& design) {
+  std::string words = fmt::format("variants {} to {} of '{}', size {}", unit.variants.front() + 1,
+                                  unit.variants.back() + 1, unit.load, unit.size);
+  if (unit.variants.size() > 1) return words;
+  for (std::size_t p = 0; p < plan.parameters.size(); ++p)
+    words += fmt::format(", {} = {:.6g}", plan.parameters[p].name, design.variants[unit.variants.front()].values[p]);
+  return words;
+}
 
 std::vector<std::size_t> by_total(const Sensitivity& sensitivity) {
   std::vector<std::size_t> order(sensitivity.total.size());
@@ -219,18 +251,29 @@ VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& 
   VariantStudy results;
   const mesh::Machine& machine = plan.machine_case.machine;
   results.poses = mesh::workspace_poses(machine);
+  results.loads = static_cast<int>(plan.loads.size());
+  results.results.assign(design.variants.size(), 0);
   for (const int p : design.drawn) results.drawn.push_back(plan.parameters[p].name);
   std::map<std::string, std::map<std::size_t, const Unit*>> done;  // load, variant
   core::Progress progress("reading units", units.size());
   for (const Unit& unit : units) {
     if (is_done(study, unit)) {
-      for (const std::size_t v : unit.variants) done[unit.load][v] = &unit;
+      for (const std::size_t v : unit.variants) {
+        done[unit.load][v] = &unit;
+        ++results.results[v];
+      }
+      ++results.units_done;
+    } else if (const auto reason = failure_of(study, unit)) {
+      results.failed_units.push_back(words_of(unit, plan, design) + ": " + *reason);
+      for (const std::size_t v : unit.variants) results.failed.push_back({v, unit.load, *reason});
     } else {
       results.missing.push_back(fmt::format("unit {}: variants {} to {} of '{}', size {}", unit.id,
                                             unit.variants.front() + 1, unit.variants.back() + 1, unit.load, unit.size));
     }
     progress.advance();
   }
+  std::stable_sort(results.failed.begin(), results.failed.end(),
+                   [](const FailedVariant& a, const FailedVariant& b) { return a.variant < b.variant; });
   for (std::size_t g = 0; g < design.groups.size(); ++g) {
     const std::vector<std::size_t> members = design.of_group(g);
     GroupStudy group;
@@ -255,16 +298,17 @@ void write_results(const fs::path& study, const StudyPlan& plan, const Design& d
     for (const LoadStudy& load : group.loads) {
       const fs::path folder = study / group.name / load.load;
       core::write_csv(folder / "quantiles.csv", load.quantiles);
-      for (const char* name : {"sensitivities.csv", "sensitivities_by_pose.csv"}) {
-        std::error_code ignored;
-        if (!load.sensitivity) fs::remove(folder / name, ignored);  // of an earlier result
-      }
       if (!load.sensitivity) continue;
       core::write_file(folder / "sensitivities.csv", by_parameter(results.drawn, *load.sensitivity));
       core::write_file(folder / "sensitivities_by_pose.csv", by_pose(plan.machine_case.machine, results, load));
     }
   }
-  core::write_csv(study / "variants.csv", variants_table(plan, design), table_digits);
+  core::write_csv(study / "variants.csv", variants_table(plan, design, results.results), table_digits);
+  std::error_code ignored;
+  if (results.failed.empty())
+    fs::remove(study / "failures.csv", ignored);
+  else
+    core::write_file(study / "failures.csv", failures(design, results));
 }
 
 }  // namespace thermotwin::study

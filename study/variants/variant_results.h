@@ -33,11 +33,24 @@ struct GroupStudy {
   std::vector<LoadStudy> loads;
 };
 
+/// A variant that could not be computed with a load program.
+struct FailedVariant {
+  std::size_t variant = 0;
+  std::string load, reason;
+};
+
 struct VariantStudy {
   std::vector<std::string> drawn;  ///< names of the drawn parameters
   std::vector<GroupStudy> groups;
   std::vector<mesh::Pose> poses;
-  std::vector<std::string> missing;  ///< units without results, in words
+  std::vector<std::string> missing;       ///< units that nobody has computed or tried, in words
+  std::vector<std::string> failed_units;  ///< units that could not be computed, in words with their reasons
+  std::vector<FailedVariant> failed;      ///< by variant
+  std::size_t units_done = 0;
+  int loads = 0;                        ///< load programs of the plan
+  std::vector<int> results;             ///< (variants) load programs with results
+  std::size_t computed() const;         ///< variants with results of all load programs
+  std::size_t failed_variants() const;  ///< variants that failed with at least one
 };
 
 /// @return indices of the drawn parameters, the largest total share first
@@ -48,11 +61,15 @@ inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
 std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);
 
+/// A unit in words, with the values of its variant where it has one only.
+std::string words_of(const Unit& unit, const StudyPlan& plan, const Design& design);
+
 /// @param study  folder of the study
 VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                     const std::vector<Unit>& units);
 
-/// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, and variants.csv.
+/// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, variants.csv, and failures.csv
+/// where variants failed.
 /// @throws InputError
 void write_results(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                    const VariantStudy& results);

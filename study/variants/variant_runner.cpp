@@ -63,9 +63,11 @@ Eigen::Index VariantRunner::nodes() const { return full_ ? full_->model.mesh.nod
 bool VariantRunner::run(const Unit& unit) {
   if (is_done(options_.study, unit)) return false;
   const core::FolderLock lock(unit_folder(options_.study, unit));
+  said_.clear();
   if (is_done(options_.study, unit)) return false;  // while the lock was waited for
   const std::vector<VariantTables> tables = options_.reduced != nullptr ? on_reduced_model(unit) : on_full_model(unit);
   write_unit(options_.study, unit, tables);
+  if (!said_.empty()) core::log_line(said_);
   std::error_code ignored;
   fs::remove(unit_folder(options_.study, unit) / "checkpoint.bin", ignored);
   return true;
@@ -140,9 +142,9 @@ std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
   const solver::RunSummary summary =
       solver::simulate_block(integrator, models, std::vector<const solver::LoadProgram*>(models.size(), &program),
                              simulation, [&](const solver::OutputState& out) { recorder.add(out); });
-  core::log_line(fmt::format("unit {}: {} variants of '{}', {} steps, {} iterations, {} factorisations", unit.id,
-                             unit.variants.size(), unit.load, summary.steps, integrator.statistics().iterations,
-                             integrator.statistics().factorisations));
+  said_ = fmt::format("unit {}: {} variants of '{}', {} steps, {} iterations, {} factorisations", unit.id,
+                      unit.variants.size(), unit.load, summary.steps, integrator.statistics().iterations,
+                      integrator.statistics().factorisations);
   return recorder.take();
 }
 

@@ -25,7 +25,7 @@ struct RunnerOptions {
   solver::SolverChoice solver = solver::SolverChoice::automatic;
   const reduction::ReducedModel* reduced = nullptr;  ///< instead of the full model; must outlive the runner
   double checkpoint_s = 60;                          ///< wall clock seconds between two checkpoints
-  double tolerance = 1e-10;  ///< of the iteration: a tenth of a campaign's, since variants are compared
+  double tolerance = 1e-12;  ///< of the iteration: a thousandth of a campaign's, since variants are compared
   int recycled = 8;          ///< see solver::IntegratorOptions
 };
 
@@ -51,6 +51,7 @@ private:
   const StudyPlan& plan_;
   const Design& design_;
   RunnerOptions options_;
+  std::string said_;  // of the unit that was computed last; said once its files are there
   struct Full;
   std::unique_ptr<Full> full_;  ///< of the matrices that were used last
 };

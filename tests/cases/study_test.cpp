@@ -215,7 +215,10 @@ TEST_F(StudyVariants, AUnitIsComputedOnceByWhateverTask) {
   EXPECT_EQ(json::parse(whole.out)["computed"], 2);
   const std::string computed_by = json::parse(whole.out)["computed_by"];
   EXPECT_SAYS(computed_by, " nodes");
-  EXPECT_EQ(json::parse(run(two_units, {"--gather"}).out)["computed_by"], computed_by);
+  const json gathered = json::parse(run(two_units, {"--gather"}).out);
+  EXPECT_EQ(gathered["computed_by"], computed_by);
+  EXPECT_EQ(gathered["kept"], 2);
+  EXPECT_EQ(gathered["variants_computed"], 6);
   const auto files = files_in(study());
   fs::remove_all(study());
 
@@ -306,6 +309,47 @@ values = [1.0, 1.2]
                more = tcp(2).column("dz_um").cwiseAbs().maxCoeff();
   EXPECT_GT(std::abs(more - coarse), 0.01 * coarse);
   EXPECT_TRUE(fs::exists(study() / "0.9/short/quantiles.csv"));
+  // Each size with its own mesh.
+  EXPECT_SAYS(summary["computed_by"].get<std::string>(), "size coarse: ");
+  EXPECT_SAYS(summary["computed_by"].get<std::string>(), " nodes, size 0.9: ");
+}
+
+TEST_F(StudyVariants, TablesOfAnEarlierRunAreSetAsideAndNamed) {
+  toy_.write("loads/brief.toml", read(toy_.file("loads/short.toml")));
+  const std::string text = "[[parameter]]\nkind = \"source_power\"\nwhere = \"spindle.bearings\"\nvalues = [1, 2]\n";
+  const std::vector<std::string> words{"study", "variants", plan(text), "--json", "--quiet"};
+  toy_.edit("../plan.toml", "[\"short\"]", "[\"short\", \"brief\"]");
+  ASSERT_EQ(toy_.run(words).status, 0);
+  const std::string table = read(study() / "coarse/brief/quantiles.csv"),
+                    kept = read(study() / "coarse/short/quantiles.csv");
+  toy_.edit("../plan.toml", "[\"short\", \"brief\"]", "[\"short\"]");
+  const Result later = toy_.run(words);
+  ASSERT_EQ(later.status, 0) << later.err;
+  EXPECT_FALSE(fs::exists(study() / "coarse/brief"));
+  EXPECT_EQ(read(study() / "before/1/coarse/brief/quantiles.csv"), table);
+  EXPECT_EQ(read(study() / "coarse/short/quantiles.csv"), kept);
+  EXPECT_SAYS(later.err, "before/1: coarse/brief/quantiles.csv");
+  EXPECT_EQ(json::parse(later.out)["set_aside"], json({"coarse/brief/quantiles.csv"}));
+  // Nothing is moved twice, and what was moved stays.
+  const Result again = toy_.run(words);
+  EXPECT_EQ(json::parse(again.out)["set_aside"], json::array());
+  EXPECT_EQ(again.err.find("before"), std::string::npos) << again.err;
+  EXPECT_EQ(read(study() / "before/1/coarse/brief/quantiles.csv"), table);
+}
+
+TEST_F(StudyVariants, AnotherPlanOfTheSameNameIsRefused) {
+  ASSERT_EQ(run("").status, 0);
+  const auto files = files_in(study());
+  toy_.write("../elsewhere/plan.toml", "schema = 1\ncase = \"../toy\"\nloads = [\"short\"]\n");
+  const std::string other = fs::canonical(toy_.file("../elsewhere/plan.toml")).string();
+  const Result refused = toy_.run({"study", "variants", other, "--quiet"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, fs::canonical(toy_.file("../plan.toml")).string());
+  EXPECT_SAYS(refused.err, other);
+  EXPECT_EQ(files_in(study()), files);
+  // A plan that was moved is the same plan.
+  fs::remove(toy_.file("../plan.toml"));
+  EXPECT_EQ(toy_.run({"study", "variants", other, "--quiet"}).status, 0);
 }
 
 TEST_F(StudyVariants, ReducedIsSaidAndNear) {
@@ -418,6 +462,29 @@ TEST_F(StudyVariants, AVariantThatCannotBeMeshedIsNamedAndTheOthersGoOn) {
   EXPECT_EQ(summary["failed"].size(), 1U);
   EXPECT_EQ(summary["computed"], 1);
   EXPECT_TRUE(fs::exists(study() / "coarse/short/quantiles.csv"));
+  EXPECT_EQ(summary["variants_computed"], 1);
+  EXPECT_EQ(summary["variants_failed"], 1);
+  EXPECT_EQ(core::read_csv(study() / "variants.csv").column("results"), Eigen::Vector2d(0, 1));
+  const std::string failures = read(study() / "failures.csv");
+  EXPECT_SAYS(failures, "variant,group,load,reason\n1,1,short,\"");
+  EXPECT_SAYS(failures, "max_elements");
+  // To gather says the same and does not ask for what cannot help.
+  const std::vector<std::string> words{"study", "variants", toy_.file("../plan.toml"), "--quiet"};
+  std::vector<std::string> gather = words;
+  gather.emplace_back("--gather");
+  const Result gathered = toy_.run(gather), computed = toy_.run(words);
+  EXPECT_EQ(gathered.status, 0) << gathered.err;
+  EXPECT_EQ(computed.status, 0) << computed.err;
+  for (const Result* of : {&gathered, &computed}) {
+    EXPECT_SAYS(of->out, "1 of 2 variants computed, 1 failed");
+    EXPECT_SAYS(of->out, "0 of 1");
+    EXPECT_SAYS(of->out, "failed: variants 1 to 1 of 'short', size 0.2");
+  }
+  EXPECT_SAYS(read(study() / "report.html"), "1 of 2 variants could not be computed");
+  // Mended, nothing of it stays.
+  toy_.edit("../plan.toml", "\"0.2\", ", "");
+  ASSERT_EQ(toy_.run(words).status, 0);
+  EXPECT_FALSE(fs::exists(study() / "failures.csv"));
 }
 
 TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
@@ -443,7 +510,20 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   EXPECT_LT(summary["chosen"]["left_um"].get<double>(), summary["own"]["left_um"].get<double>());
   EXPECT_LT(summary["own"]["left_um"].get<double>(), summary["without_um"].get<double>());
   EXPECT_GE(summary["chosen"]["after_loss_um"].get<double>(), summary["chosen"]["left_um"].get<double>());
-  EXPECT_GT(summary["confirmed"]["chosen_um"][0].get<double>(), 0.0);
+  const json confirmed = summary["confirmed"];
+  const double chosen = confirmed["chosen_um"][0], of_case = confirmed["own_um"][0];
+  EXPECT_GT(chosen, 0.0);
+  // The toy's mesh does not follow element_size_mm: the machines have no mesh error.
+  EXPECT_EQ(confirmed["own_mesh"], true);
+  const double predicted = confirmed["predicted_chosen_um"], predicted_of_case = confirmed["predicted_own_um"];
+  EXPECT_LT(predicted, 0.5 * summary["chosen"]["left_um"].get<double>());
+  EXPECT_EQ(confirmed["borne_out"], (chosen < of_case) == (predicted < predicted_of_case));
+  EXPECT_NEAR(confirmed["change_percent"], 100.0 * (chosen / of_case - 1.0), 1e-9);
+  EXPECT_SAYS(read(toy.result("study/sensors/report.html")), confirmed["borne_out"].get<bool>()
+                                                                 ? "machines bear out the prediction"
+                                                                 : "do not bear out the prediction");
+  EXPECT_FALSE(summary["second_mesh"].get<std::string>().empty());
+  EXPECT_GT(summary["own"]["mesh_um"].get<double>(), 0.0);
   const core::Table curve = core::read_csv(toy.result("study/sensors/curve.csv"));
   ASSERT_EQ(curve.rows(), summary["chosen"]["sensors"].get<int>());
   for (Eigen::Index k = 1; k < curve.rows(); ++k) EXPECT_LE(curve.values(k, 1), curve.values(k - 1, 1) * (1 + 1e-9));
@@ -468,6 +548,18 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   const Result wrong = toy.run({"study", "sensors", toy.path(), "--without", "swivell", "--quiet"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "nearest: swivel");
+}
+
+TEST(StudySensors, AskForCheckPointsBeforeTheWork) {
+  const Toy toy;
+  const std::string words = read(toy.file("case.toml"));
+  const auto at = words.find("[check_points]");
+  ASSERT_NE(at, std::string::npos);
+  toy.write("case.toml", words.substr(0, at) + words.substr(std::min(words.size(), words.find("\n[", at + 1))));
+  const Result refused = toy.run({"study", "sensors", toy.path(), "--confirm", "2", "--quiet"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, "case.toml: no check points, which --confirm compares at");
+  EXPECT_FALSE(fs::exists(toy.result("campaign")));
 }
 
 }  // namespace

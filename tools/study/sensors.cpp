@@ -18,6 +18,7 @@
 #include "core/units.h"
 #include "diagnosis/report/scene.h"
 #include "study/placement/candidates.h"
+#include "study/placement/model_errors.h"
 #include "study/placement/placed_model.h"
 #include "study/placement/responses.h"
 #include "study/placement/sensor_choice.h"
@@ -41,15 +42,32 @@ struct CurvePoint {
 /// RMS of the TCP error that the compensator leaves on each machine, um.
 struct Confirmed {
   std::vector<double> own, chosen;
+  bool own_mesh = false;  ///< of the model: its error takes no part
+  double own_um() const { return core::median(own); }
+  double chosen_um() const { return core::median(chosen); }
+  double change_percent() const { return 100.0 * (chosen_um() / own_um() - 1.0); }
+  int better() const {
+    int count = 0;
+    for (std::size_t i = 0; i < own.size(); ++i) count += chosen[i] < own[i] ? 1 : 0;
+    return count;
+  }
 };
 
 struct Choice {
   std::vector<study::Place> places;  ///< all
   std::vector<int> own, chosen;      ///< indices of the case's sensors (after the places), of the chosen places
   std::vector<CurvePoint> curve;
+  std::string second_mesh;  ///< in words; empty: none
+  study::Left without_left, own_left, chosen_left;
   double without_um = 0, own_um = 0, own_after_loss_um = 0, chosen_um = 0, chosen_after_loss_um = 0;
   std::vector<double> without_one_um;  ///< after the loss of each chosen one
   std::optional<Confirmed> confirmed;
+  /// The criterion of what the machines differ by from the model.
+  double predicted_um(const study::Left& of) const { return confirmed->own_mesh ? of.parameters_um : of.all_um(); }
+  /// Whether the machines say of choice and case what the criterion says.
+  bool borne_out() const {
+    return (confirmed->chosen_um() < confirmed->own_um()) == (predicted_um(chosen_left) < predicted_um(own_left));
+  }
 };
 
 /// Translations at the poses, um per K of state.
@@ -71,18 +89,33 @@ double rms_left(const compensation::Validation& validation, int draw) {
   return std::sqrt(sum / std::max(count, 1));
 }
 
+/// @param nodes  receives those of the machines' mesh
 std::vector<double> left_on_machines(const StudySensorsOptions& options, const solver::Case& machine_case,
-                                     const reduction::ReducedModel& model, const std::string& name) {
+                                     const reduction::ReducedModel& model, const std::string& name, Index& nodes) {
   compensation::ValidationOptions settings;
   settings.loads = options.loads;
   settings.draws = options.confirm;
   settings.machine.what = compensation::Perturb::thermal;
+  settings.machine.probe_noise_um = 0.0;  // it would count to what the compensator leaves
   settings.machine.mesh_cache = options.out / "cache";
   settings.keep = options.out / "study/sensors/measured" / name;
   const compensation::Validation validation = compensation::validate_online(machine_case, model, settings);
+  nodes = validation.measured_nodes;
   std::vector<double> left;
   for (int draw = 0; draw < options.confirm; ++draw) left.push_back(rms_left(validation, draw));
   return left;
+}
+
+/// @param rows   (places x order) temperatures of the chosen places
+/// @param nodes  of the model's mesh
+Confirmed confirmed(const StudySensorsOptions& options, const solver::Case& machine_case, const solver::Case& placed,
+                    const reduction::ReducedModel& model, const MatrixXd& rows, Index nodes) {
+  Confirmed on;
+  Index measured = 0;
+  on.own = left_on_machines(options, machine_case, model, "own", measured);
+  on.chosen = left_on_machines(options, placed, study::placed_model(model, placed.machine, rows), "chosen", measured);
+  on.own_mesh = measured == nodes;
+  return on;
 }
 
 std::string toml_of(const std::vector<mesh::SensorSpec>& sensors) {
@@ -150,13 +183,35 @@ std::vector<std::vector<std::string>> table_of(const std::vector<mesh::SensorSpe
   return rows;
 }
 
-std::string confirmation(const Choice& choice) {
-  if (!choice.confirmed) return "";
-  const double own = core::median(choice.confirmed->own), chosen = core::median(choice.confirmed->chosen);
-  return fmt::format(
-      "on {} machines measured virtually the compensator leaves {:.2f} um with them, {:.2f} um with the "
-      "case's ({:+.0f} %, medians)",
-      choice.confirmed->own.size(), chosen, own, 100.0 * (chosen / own - 1.0));
+/// One sentence each.
+std::vector<std::string> confirmation(const Choice& choice) {
+  if (!choice.confirmed) return {};
+  const Confirmed& on = *choice.confirmed;
+  const bool better = on.chosen_um() < on.own_um();
+  std::vector<std::string> sentences{fmt::format(
+      "On {} machines measured virtually the choice is {} than the sensors of the case by {:.0f} %: {:.2f} um against "
+      "{:.2f} um (medians; better on {} of {}).",
+      on.own.size(), better ? "better" : "worse", std::abs(on.change_percent()), on.chosen_um(), on.own_um(),
+      on.better(), on.own.size())};
+  const double chosen = choice.predicted_um(choice.chosen_left), own = choice.predicted_um(choice.own_left);
+  sentences.push_back(
+      fmt::format("Predicted were {:.2f} um and {:.2f} um ({:+.0f} %){}.", chosen, own,
+                  own > 0.0 ? 100.0 * (chosen / own - 1.0) : 0.0,
+                  on.own_mesh ? ", without the mesh error: these machines have the model's own mesh" : ""));
+  if (choice.borne_out())
+    sentences.emplace_back("The machines bear out the prediction.");
+  else
+    sentences.emplace_back("The machines do not bear out the prediction.");
+  if (!better && !on.own_mesh) sentences.emplace_back("Keep the sensors of the case.");
+  return sentences;
+}
+
+/// Of the criterion's two parts, where a second mesh tells the one of the mesh.
+std::string parts(const Choice& choice) {
+  if (choice.second_mesh.empty()) return "Without a second mesh the mesh error is not part of this.";
+  return fmt::format("Of these, {:.2f} um, {:.2f} um and {:.2f} um come from the mesh error (against {}).",
+                     choice.chosen_left.mesh_um, choice.own_left.mesh_um, choice.without_left.mesh_um,
+                     choice.second_mesh);
 }
 
 std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const Choice& choice,
@@ -164,9 +219,12 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
   const std::string title = "Sensors of " + mesh.machine.name;
   std::vector<std::string> sentences{core::html_sentence(fmt::format(
       "{} sensors of this choice leave {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} "
-      "um (standard deviation over poses and times).",
+      "um (RMS over poses and times).",
       choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
-  if (choice.confirmed) sentences.push_back(core::html_sentence("Confirmed: " + confirmation(choice) + "."));
+  sentences.push_back(core::html_sentence(parts(choice)));
+  for (const std::string& sentence : confirmation(choice)) sentences.push_back(core::html_sentence(sentence));
+  const bool good =
+      choice.confirmed ? choice.confirmed->chosen_um() < choice.confirmed->own_um() : choice.chosen_um < choice.own_um;
   mesh::MachineMesh shown = mesh;
   shown.machine.sensors = sensors;
   diagnosis::Scene scene = diagnosis::make_scene(shown, {});
@@ -174,8 +232,7 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
   return core::html_document(
       title,
       core::html_title(title, "places that leave the observer the least variance of the TCP error") +
-          core::html_finding(choice.chosen_um < choice.own_um ? core::Tone::good : core::Tone::plain, "sensors",
-                             sentences) +
+          core::html_finding(good ? core::Tone::good : core::Tone::plain, "sensors", sentences) +
           core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
                              curve_svg(choice)) +
           diagnosis::scene_html(scene) +
@@ -186,16 +243,33 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
                             shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
 }
 
-Choice choose(const StudySensorsOptions& options, const solver::FullModel& full, const reduction::ReducedModel& model,
-              const MatrixXd& basis, const std::vector<solver::LoadProgram>& loads) {
+/// The places and then the case's own sensors, as a second mesh reads them.
+std::vector<mesh::SensorSpec> read_sensors(const mesh::Machine& machine, const std::vector<study::Place>& places) {
+  std::vector<mesh::SensorSpec> sensors = study::placed_sensors(machine, places);
+  sensors.resize(places.size());  // without those of chillers, which are among the case's own
+  for (mesh::SensorSpec& sensor : sensors) sensor.id = "place " + sensor.id;
+  for (mesh::SensorSpec own : machine.sensors) {
+    own.offset = own.drift = own.lag = own.air_share = 0.0;
+    sensors.push_back(std::move(own));
+  }
+  return sensors;
+}
+
+study::PlaceRules rules_of(const StudySensorsOptions& options) {
   study::PlaceRules rules;
   rules.spacing = options.spacing_mm * core::units::mm;
   rules.bodies = options.bodies;
   rules.without = options.without;
   rules.on_contacts = options.on_contacts;
   rules.on_rotating = options.on_rotating;
+  return rules;
+}
+
+Choice choose(const StudySensorsOptions& options, const solver::Case& machine_case, const solver::FullModel& full,
+              const reduction::ReducedModel& model, const MatrixXd& basis,
+              const std::vector<solver::LoadProgram>& loads) {
   Choice choice;
-  choice.places = study::sensor_places(full.mesh, rules);
+  choice.places = study::sensor_places(full.mesh, rules_of(options));
   const Index places = std::ssize(choice.places), own = std::ssize(model.machine.sensors);
   MatrixXd rows(places + own, model.system.order());
   for (Index i = 0; i < places; ++i) rows.row(i) = basis.row(choice.places[i].node).head(rows.cols());
@@ -212,8 +286,11 @@ Choice choose(const StudySensorsOptions& options, const solver::FullModel& full,
   how.exchanges = options.exchanges;
   how.any_loss = options.any_loss;
   how.choosable = places;
-  const study::SensorChoice judge(along, parameters, rows,
-                                  translation_rows(model, mesh::workspace_poses(model.machine)), how);
+  const MatrixXd tcp = translation_rows(model, mesh::workspace_poses(model.machine));
+  const std::vector<study::ModelErrors> errors =
+      study::model_errors(machine_case, full.mesh, model, read_sensors(model.machine, choice.places), rows, tcp, loads,
+                          along, options.out / "cache", choice.second_mesh);
+  const study::SensorChoice judge(along, parameters, rows, tcp, how, errors);
   const int count = options.count > 0 ? options.count : static_cast<int>(own);
   if (count < 1 || count > places) {
     throw core::InputError("--count", std::to_string(count),
@@ -225,10 +302,13 @@ Choice choose(const StudySensorsOptions& options, const solver::FullModel& full,
     choice.curve.push_back({k, judge.left_um(first), judge.left_after_loss_um(first)});
   }
   choice.chosen = judge.chosen(greedy);
-  choice.without_um = judge.left_um({});
-  choice.own_um = judge.left_um(choice.own);
+  choice.without_left = judge.left({});
+  choice.own_left = judge.left(choice.own);
+  choice.chosen_left = judge.left(choice.chosen);
+  choice.without_um = choice.without_left.all_um();
+  choice.own_um = choice.own_left.all_um();
   choice.own_after_loss_um = own > 0 ? judge.left_after_loss_um(choice.own) : choice.without_um;
-  choice.chosen_um = judge.left_um(choice.chosen);
+  choice.chosen_um = choice.chosen_left.all_um();
   choice.chosen_after_loss_um = judge.left_after_loss_um(choice.chosen);
   choice.curve.back() = {count, choice.chosen_um, choice.chosen_after_loss_um};
   for (std::size_t lost = 0; lost < choice.chosen.size(); ++lost) {
@@ -248,12 +328,16 @@ void study_sensors(const StudySensorsOptions& given) {
   if (options.loads.empty()) options.loads = machine_case.holdout;
   const std::vector<solver::LoadProgram> loads = load_programs(machine_case, options.loads);
   if (loads.empty()) throw core::UsageError("--load: the case holds no load program out");
+  if (options.confirm > 0 && machine_case.check_points.empty()) {
+    throw core::InputError((machine_case.folder / "case.toml").string(), "no check points, which --confirm compares at",
+                           "[check_points] with poses, or no --confirm");
+  }
   const fs::path folder = options.out / "study/sensors";
   require_writable(folder);
   const solver::FullModel full = build(machine_case, options.out);
   const ReducedCase made = make_reduced_model(full, machine_case, {}, true, options.out);
   const core::FolderLock lock(folder);
-  Choice choice = choose(options, full, made.model, made.summary.basis, loads);
+  Choice choice = choose(options, machine_case, full, made.model, made.summary.basis, loads);
   std::vector<study::Place> places;
   MatrixXd rows(std::ssize(choice.chosen), made.model.system.order());
   for (const int index : choice.chosen) {
@@ -262,30 +346,44 @@ void study_sensors(const StudySensorsOptions& given) {
   }
   const std::vector<mesh::SensorSpec> sensors = study::placed_sensors(machine_case.machine, places);
   if (options.confirm > 0) {
-    const solver::Case placed = study::placed_case(machine_case, sensors);
-    choice.confirmed =
-        Confirmed{left_on_machines(options, machine_case, made.model, "own"),
-                  left_on_machines(options, placed, study::placed_model(made.model, placed.machine, rows), "chosen")};
+    choice.confirmed = confirmed(options, machine_case, study::placed_case(machine_case, sensors), made.model, rows,
+                                 full.mesh.nodes());
   }
   std::string curve = "sensors,left_um,left_after_loss_um\n";
   for (const CurvePoint& point : choice.curve)
     curve += fmt::format("{},{:.9g},{:.9g}\n", point.count, point.left_um, point.after_loss_um);
   core::write_file(folder / "curve.csv", curve);
   core::write_file(folder / "sensors.toml", toml_of(sensors));
-  json summary = {
-      {"places", choice.places.size()},
-      {"without_um", choice.without_um},
-      {"own",
-       {{"sensors", choice.own.size()}, {"left_um", choice.own_um}, {"after_loss_um", choice.own_after_loss_um}}},
-      {"chosen",
-       {{"sensors", choice.chosen.size()},
-        {"left_um", choice.chosen_um},
-        {"after_loss_um", choice.chosen_after_loss_um}}},
-      {"order", made.model.system.order()},
-      {"seconds", time.seconds()},
-      {"peak_GiB", peak_memory_GiB()}};
-  if (choice.confirmed)
-    summary["confirmed"] = {{"own_um", choice.confirmed->own}, {"chosen_um", choice.confirmed->chosen}};
+  json summary = {{"places", choice.places.size()},
+                  {"second_mesh", choice.second_mesh},
+                  {"without_um", choice.without_um},
+                  {"without_mesh_um", choice.without_left.mesh_um},
+                  {"own",
+                   {{"sensors", choice.own.size()},
+                    {"left_um", choice.own_um},
+                    {"mesh_um", choice.own_left.mesh_um},
+                    {"after_loss_um", choice.own_after_loss_um}}},
+                  {"chosen",
+                   {{"sensors", choice.chosen.size()},
+                    {"left_um", choice.chosen_um},
+                    {"mesh_um", choice.chosen_left.mesh_um},
+                    {"after_loss_um", choice.chosen_after_loss_um}}},
+                  {"order", made.model.system.order()},
+                  {"seconds", time.seconds()},
+                  {"peak_GiB", peak_memory_GiB()}};
+  if (choice.confirmed) {
+    const Confirmed& on = *choice.confirmed;
+    summary["confirmed"] = {{"own_um", on.own},
+                            {"chosen_um", on.chosen},
+                            {"own_median_um", on.own_um()},
+                            {"chosen_median_um", on.chosen_um()},
+                            {"change_percent", on.change_percent()},
+                            {"better_on", on.better()},
+                            {"own_mesh", on.own_mesh},
+                            {"predicted_own_um", choice.predicted_um(choice.own_left)},
+                            {"predicted_chosen_um", choice.predicted_um(choice.chosen_left)},
+                            {"borne_out", choice.borne_out()}};
+  }
   core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
   write_page(folder / "report.html", [&] { return page_of(options, full.mesh, choice, sensors); });
   std::string text = core::format_table(table_of(sensors, choice));
@@ -294,7 +392,8 @@ void study_sensors(const StudySensorsOptions& given) {
       "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
       choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um, choice.chosen.size(),
       choice.own_after_loss_um, choice.chosen_after_loss_um);
-  if (choice.confirmed) text += confirmation(choice) + "\n";
+  text += parts(choice) + "\n";
+  for (const std::string& sentence : confirmation(choice)) text += sentence + "\n";
   text += fmt::format("sensors.toml, curve.csv and report.html in {}; {:.0f} s\n", folder.string(), time.seconds());
   print_summary(options, text, summary.dump());
 }

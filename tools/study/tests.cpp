@@ -166,6 +166,8 @@ json json_of_tests(const TestStudy& study, std::size_t candidates) {
                   {"left_out", study.left_out},
                   {"prior_um2", study.prior_um2},
                   {"chosen_um2", study.chosen.end_um2()},
+                  {"start", study.start},
+                  {"greedy_um2", study.greedy_um2},
                   {"random_um2", random},
                   {"best_random_um2", study.best().end_um2()},
                   {"iso_230_3_um2", study.iso.end_um2()},
@@ -208,6 +210,17 @@ void write_test(const StudyTestsOptions& options, const mesh::Machine& machine, 
   });
 }
 
+/// Where another order leaves less than the greedy one, the exchange starts from it as well.
+void take_better_start(const StudyTestsOptions& options, const study::TestChoice& choice, TestStudy& study) {
+  study.greedy_um2 = study.chosen.end_um2();
+  const bool iso = study.iso.end_um2() < study.best().end_um2();
+  const TestPath& other = iso ? study.iso : study.best();
+  if (other.end_um2() >= study.greedy_um2) return;
+  study.start = iso ? "iso_230_3" : fmt::format("random_{}", study.best_random + 1);
+  TestPath from = choice.evaluate(choice.exchanged(other.blocks, options.exchanges));
+  study.chosen = from.end_um2() < other.end_um2() ? std::move(from) : other;
+}
+
 /// All orders to their end. @param iso  its blocks
 TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& choice,
                   const std::vector<TestBlock>& iso) {
@@ -224,6 +237,7 @@ TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& cho
     if (study.random.back().end_um2() < study.best().end_um2()) study.best_random = r;
     progress.advance();
   }
+  take_better_start(options, choice, study);
   return study;
 }
 

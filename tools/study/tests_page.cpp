@@ -130,12 +130,24 @@ std::vector<std::vector<std::string>> parameter_table(const TestStudy& study) {
 }
 
 std::string test_sentence(const TestStudy& study) {
-  return fmt::format(
-      "{:.4g} h of this test leave {:.3f} um of the TCP error ({:.3f} um before). The best of {} random orders leaves "
-      "{:.3f} um, the order of ISO 230-3 {:.3f} um. The variance is {:.0f} % and {:.0f} % lower than theirs.",
-      study.chosen.hours.back(), std::sqrt(study.chosen.end_um2()), std::sqrt(study.prior_um2), study.random.size(),
-      std::sqrt(study.best().end_um2()), std::sqrt(study.iso.end_um2()), study.gain_percent(study.best()),
-      study.gain_percent(study.iso));
+  const std::size_t count = study.random.size();
+  const auto against = [&](const TestPath& other) {
+    const double gain = study.gain_percent(other);
+    if (gain < 1e-6) return std::string("equal to");
+    return gain < 0.5 ? std::string("less than 1 % below") : fmt::format("{:.0f} % below", gain);
+  };
+  std::string words = fmt::format(
+      "{:.4g} h of this test leave {:.3f} um of the TCP error ({:.3f} um before). {} leaves {:.3f} um, the order of "
+      "ISO 230-3 {:.3f} um. The variance is {} that of the former and {} that of the latter.",
+      study.chosen.hours.back(), std::sqrt(study.chosen.end_um2()), std::sqrt(study.prior_um2),
+      count == 1 ? "A random order" : fmt::format("The best of {} random orders", count),
+      std::sqrt(study.best().end_um2()), std::sqrt(study.iso.end_um2()), against(study.best()), against(study.iso));
+  if (study.start != "greedy") {
+    words += fmt::format(" The greedy order left {:.3f} um; the test starts from the {} instead.",
+                         std::sqrt(study.greedy_um2),
+                         study.start == "iso_230_3" ? "order of ISO 230-3" : "best random order");
+  }
+  return words;
 }
 
 std::string confirmed_sentence(const TestStudy& study) {

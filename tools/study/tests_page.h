@@ -19,6 +19,8 @@ struct TestStudy {
   study::TestPath chosen, iso;
   std::vector<study::TestPath> random;  ///< orders
   std::size_t best_random = 0;
+  double greedy_um2 = 0;         ///< left by the greedy order after its exchanges
+  std::string start = "greedy";  ///< order that the chosen test was exchanged from: or "random_<number>", "iso_230_3"
   std::vector<std::string> left_out;  ///< load programs that set the surroundings' temperature
   std::vector<study::ConfirmedMachine> confirmed;
   const study::TestPath& best() const { return random[best_random]; }

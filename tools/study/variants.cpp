@@ -20,6 +20,7 @@
 #include "study/units/slurm.h"
 #include "study/units/unit.h"
 #include "study/units/unit_files.h"
+#include "study/variants/earlier_results.h"
 #include "study/variants/variant_results.h"
 #include "study/variants/variant_runner.h"
 #include "tools/chain.h"
@@ -55,22 +56,27 @@ struct Work {
   std::vector<std::string> failed;
 };
 
-/// Of the mesh of the last unit that was computed on the full model, whenever and by whatever task; nothing: unknown.
-std::optional<long> nodes_of(const fs::path& folder, const std::vector<study::Unit>& units) {
-  for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
-    const fs::path file = study::unit_folder(folder, *unit) / "nodes";
-    if (fs::exists(file)) return std::atol(core::read_file(file).c_str());
+/// Nodes of each mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
+/// empty: unknown.
+std::string nodes_of(const fs::path& folder, const study::StudyPlan& plan, const std::vector<study::Unit>& units) {
+  std::vector<std::string> words;
+  for (const std::string& size : plan.sizes) {
+    for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
+      const fs::path file = study::unit_folder(folder, *unit) / "nodes";
+      if (unit->size != size || !fs::exists(file)) continue;
+      words.push_back(fmt::format("{}{} nodes", plan.sizes.size() > 1 ? "size " + size + ": " : "",
+                                  std::atol(core::read_file(file).c_str())));
+      break;
+    }
   }
-  return std::nullopt;
+  return core::join(words);
 }
 
-std::string words_of(const study::Unit& unit, const study::StudyPlan& plan, const study::Design& design) {
-  std::string words =
-      fmt::format("variants {} to {}, size {}", unit.variants.front() + 1, unit.variants.back() + 1, unit.size);
-  if (unit.variants.size() > 1) return words;
-  for (std::size_t p = 0; p < plan.parameters.size(); ++p)
-    words += fmt::format(", {} = {:.6g}", plan.parameters[p].name, design.variants[unit.variants.front()].values[p]);
-  return words;
+study::Design design_of(const study::StudyPlan& plan) {
+  study::Design design = study::make_design(plan);
+  if (design.variants.size() <= most_variants) return design;
+  throw core::InputError(plan.path.string(), fmt::format("{} variants", design.variants.size()),
+                         fmt::format("{} at most", most_variants));
 }
 
 /// Computes the units of the part. One that cannot be computed is named; the others go on.
@@ -102,7 +108,8 @@ Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, 
       message = error.what();
       if (how.reduced == nullptr && runner.nodes() == 0) hopeless[unit.matrices] = message;  // not even its matrices
     }
-    work.failed.push_back(words_of(unit, plan, design) + ": " + message);
+    work.failed.push_back(study::words_of(unit, plan, design) + ": " + message);
+    study::write_failure(how.study, unit, message);
     if (known == hopeless.end()) core::warn(work.failed.back());
   }
   if (work.computed + work.kept > 0 || work.failed.empty()) return work;
@@ -161,10 +168,39 @@ json json_of(const study::VariantStudy& results) {
   return groups;
 }
 
-std::string table_of(const study::VariantStudy& results) {
+/// Load programs that no variant of the group has results of.
+std::vector<std::string> without_results(const study::VariantStudy& results, const study::StudyPlan& plan,
+                                         std::size_t group) {
+  std::vector<std::string> names = plan.loads;
+  for (const study::LoadStudy& load : results.groups[group].loads) std::erase(names, load.load);
+  return names;
+}
+
+std::string reason_of(const study::VariantStudy& results, const study::Design& design, std::size_t group,
+                      const std::string& load) {
+  for (const study::FailedVariant& one : results.failed)
+    if (design.variants[one.variant].group == group && one.load == load) return "failed: " + one.reason;
+  return "not computed yet";
+}
+
+/// Of a study without and with variants that failed, the same after --local and --gather.
+std::string last_lines(const study::VariantStudy& results, std::size_t variants, const fs::path& folder) {
+  std::string text = fmt::format("tables and report.html in {}\n", folder.string());
+  if (results.failed.empty()) return text;
+  for (const std::string& unit : results.failed_units) text += "failed: " + unit + "\n";
+  return text + fmt::format("{} of {} variants computed, {} failed; reasons in {}\n", results.computed(), variants,
+                            results.failed_variants(), (folder / "failures.csv").string());
+}
+
+std::string table_of(const study::VariantStudy& results, const study::StudyPlan& plan, const study::Design& design) {
   std::vector<std::vector<std::string>> rows{
       {"group", "load", "variants", "median um", "95 % below um", "parameters that matter (total share)"}};
-  for (const study::GroupStudy& group : results.groups) {
+  for (std::size_t g = 0; g < results.groups.size(); ++g) {
+    const study::GroupStudy& group = results.groups[g];
+    for (const std::string& name : without_results(results, plan, g)) {
+      rows.push_back(
+          {group.name, name, fmt::format("0 of {}", group.asked), "-", "-", reason_of(results, design, g, name)});
+    }
     for (const study::LoadStudy& load : group.loads) {
       std::vector<std::string> matter;
       if (load.sensitivity) {
@@ -195,6 +231,21 @@ reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study
   return model;
 }
 
+/// Where every unit has failed, earlier results stay. @throws InputError
+void require_some(const study::VariantStudy& results, const study::StudyPlan& plan) {
+  if (results.units_done > 0 || results.failed_units.empty() || !results.missing.empty()) return;
+  throw core::InputError(plan.path.string(), "no variant can be computed: " + results.failed_units.front(),
+                         "a plan with variants that mesh and solve");
+}
+
+void add_results(json& summary, const study::VariantStudy& results) {
+  summary["failed"] = results.failed_units;
+  summary["variants_computed"] = results.computed();
+  summary["variants_failed"] = results.failed_variants();
+  summary["groups"] = json_of(results);
+  summary["missing"] = results.missing;
+}
+
 /// Tables are those of the last run; the units of both models stay.
 void warn_of_other_model(const fs::path& folder, bool reduced) {
   if (!fs::exists(folder / "study.json")) return;
@@ -214,13 +265,10 @@ void study_variants(const StudyVariantsOptions& given) {
   StudyVariantsOptions options = given;
   part_of(options.part);
   const study::StudyPlan plan = study::read_variant_plan(options.plan);
-  const study::Design design = study::make_design(plan);
-  if (design.variants.size() > most_variants) {
-    throw core::InputError(plan.path.string(), fmt::format("{} variants", design.variants.size()),
-                           fmt::format("{} at most", most_variants));
-  }
+  const study::Design design = design_of(plan);
   const fs::path folder = options.out / "study" / plan.name();
   require_writable(folder);
+  study::claim_folder(folder, options.plan);
   study::UnitOrigin origin{THERMOTWIN_VERSION, "full"};
   std::optional<reduction::ReducedModel> model;
   std::string computed_by = "every unknown of the mesh";
@@ -249,7 +297,7 @@ void study_variants(const StudyVariantsOptions& given) {
     work = compute(options, plan, design, units, how);
   }
   if (!options.reduced)
-    if (const auto nodes = nodes_of(folder, units)) computed_by = fmt::format("{} nodes", *nodes);
+    if (const std::string nodes = nodes_of(folder, plan, units); !nodes.empty()) computed_by = nodes;
   json summary = {{"variants", design.variants.size()},
                   {"units", units.size()},
                   {"computed", work.computed},
@@ -260,23 +308,28 @@ void study_variants(const StudyVariantsOptions& given) {
                   {"seconds", time.seconds()},
                   {"peak_GiB", peak_memory_GiB()}};
   if (!options.part.empty()) {
-    return print_summary(
-        options, fmt::format("part {}: {} units computed, {} done before\n", options.part, work.computed, work.kept),
-        summary.dump());
+    return print_summary(options,
+                         fmt::format("part {}: {} units computed, {} done before, {} failed\n", options.part,
+                                     work.computed, work.kept, work.failed.size()),
+                         summary.dump());
   }
   warn_of_other_model(folder, options.reduced);
   const study::VariantStudy results = study::gather(folder, plan, design, units);
+  require_some(results, plan);
+  summary["set_aside"] = study::set_aside(folder, results);
   study::write_results(folder, plan, design, results);
-  summary["groups"] = json_of(results);
-  summary["missing"] = results.missing;
+  if (options.gather) work.kept = results.units_done;
+  summary["kept"] = work.kept;
+  add_results(summary, results);
   core::write_file(folder / "study.json", summary.dump(1) + "\n");
   write_page(folder / "report.html", [&] { return variants_page({options, plan, design, results, computed_by}); });
   print_summary(
       options,
       fmt::format("{}\n{} variants on the {} model, {}; {} units computed, {} done before; {:.0f} s, peak memory "
-                  "{:.2f} GiB\ntables and report.html in {}\n",
-                  table_of(results), design.variants.size(), options.reduced ? "reduced" : "full", computed_by,
-                  work.computed, work.kept, time.seconds(), peak_memory_GiB(), folder.string()),
+                  "{:.2f} GiB\n{}",
+                  table_of(results, plan, design), design.variants.size(), options.reduced ? "reduced" : "full",
+                  computed_by, work.computed, work.kept, time.seconds(), peak_memory_GiB(),
+                  last_lines(results, design.variants.size(), folder)),
       summary.dump());
   if (options.gather && !results.missing.empty()) {
     throw core::InputError(folder.string(),

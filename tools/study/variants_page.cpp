@@ -50,7 +50,12 @@ std::string finding(const VariantsPage& page) {
     sentences.push_back(
         fmt::format("{} units of work have no result; the figures are of the others.", page.results.missing.size()));
   }
-  return core::html_finding(whole ? core::Tone::plain : core::Tone::warn, "spread", sentences);
+  const std::size_t failed = page.results.failed_variants();
+  if (failed > 0) {
+    sentences.push_back(fmt::format("{} of {} variants could not be computed; the figures are of the others.", failed,
+                                    page.design.variants.size()));
+  }
+  return core::html_finding(whole && failed == 0 ? core::Tone::plain : core::Tone::warn, "spread", sentences);
 }
 
 std::string tiles(const VariantsPage& page) {
@@ -59,7 +64,10 @@ std::string tiles(const VariantsPage& page) {
     for (const LoadStudy& load : group.loads) largest = std::max(largest, load.largest_q95_um);
   return core::html_tiles(
       {core::html_tile(
-           "variants", std::to_string(page.design.variants.size()),
+           "variants with results",
+           page.results.computed() == page.design.variants.size()
+               ? std::to_string(page.design.variants.size())
+               : fmt::format("{} of {}", page.results.computed(), page.design.variants.size()),
            fmt::format("{} parameters, {} of them drawn", page.plan.parameters.size(), page.design.drawn.size())),
        core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest), "95 % of the machines stay below"),
        core::html_tile("load programs", std::to_string(page.plan.loads.size()), "each on every variant"),
@@ -113,10 +121,14 @@ std::string shares(const VariantsPage& page) {
 }
 
 std::string missing(const VariantsPage& page) {
-  if (page.results.missing.empty()) return "";
-  Rows rows{{"units without results"}};
-  for (const std::string& unit : page.results.missing) rows.push_back({unit});
-  return core::html_section("Missing", "", core::html_table(rows));
+  const auto section = [](const char* title, const char* head, const std::vector<std::string>& units) {
+    if (units.empty()) return std::string();
+    Rows rows{{head}};
+    for (const std::string& unit : units) rows.push_back({unit});
+    return core::html_section(title, "", core::html_table(rows));
+  };
+  return section("Failed", "units that cannot be computed", page.results.failed_units) +
+         section("Missing", "units without results", page.results.missing);
 }
 
 std::string next_steps(const VariantsPage& page) {

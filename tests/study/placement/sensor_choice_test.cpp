@@ -116,5 +116,49 @@ TEST(SensorChoice, SurvivesTheLossOfAnySensorWhereAsked) {
   EXPECT_LT(careful.left_after_loss_um(careful.exchanged(each)), 1.1);
 }
 
+/// Mesh error at the places and, in x, at the TCP; nothing has changed since the start.
+ModelErrors mesh_error(const Eigen::VectorXd& places_K, double tcp_um) {
+  ModelErrors made;
+  made.changes_K = {Eigen::VectorXd::Zero(places_K.size())};
+  made.places_K = {places_K};
+  made.tcp_um = {tcp_um * Eigen::Vector3d::UnitX()};
+  return made;
+}
+
+TEST(SensorChoice, AvoidsAPlaceWhereTheMeshMisleads) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 2.0;
+  ChoiceOptions options;
+  options.noise_K = 1e-6;
+  options.bias_K = 0.1;
+  MatrixXd places(2, 1);
+  places << 1.0, 0.9;  // the first tells more
+  const std::vector<LoadResponses> load{standing(1, {3600.0})};
+  EXPECT_EQ(SensorChoice(load, parameters(1), places, tcp, options).greedy(1), std::vector<int>{0});
+  const SensorChoice choice(load, parameters(1), places, tcp, options, {mesh_error(Eigen::Vector2d(0.5, 0.0), 0.3)});
+  EXPECT_EQ(choice.greedy(1), std::vector<int>{1});
+  // No sensor tells the mesh error of the TCP; at the first place the filter finds a share of 0.5 K.
+  EXPECT_NEAR(choice.left({}).mesh_um, 0.3, 1e-12);
+  EXPECT_NEAR(choice.left({1}).mesh_um, 0.3, 1e-12);
+  EXPECT_NEAR(choice.left({0}).mesh_um, std::hypot(0.3, 2.0 * 0.5 / 1.01), 1e-3);
+  EXPECT_NEAR(choice.left({0}).parameters_um, 2.0 * 0.1 / std::sqrt(1.01), 1e-2);
+  EXPECT_NEAR(choice.left_um({0}), std::hypot(choice.left({0}).mesh_um, choice.left({0}).parameters_um), 1e-12);
+}
+
+TEST(SensorChoice, TrustsAReadingLessTheMoreItChanges) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 1.0;
+  ChoiceOptions options;
+  options.noise_K = 0.05;
+  options.bias_K = 0.0;
+  ModelErrors hot;
+  hot.changes_K = {Eigen::Vector2d(0.0, 20.0)};
+  MatrixXd places(2, 1);
+  places << 1.0, 1.0;
+  const SensorChoice choice({standing(1, {3600.0})}, parameters(1), places, tcp, options, {hot});
+  EXPECT_LT(choice.left_um({0}), 0.1);
+  EXPECT_GT(choice.left_um({1}), 0.4);  // 3 % of 20 K
+}
+
 }  // namespace
 }  // namespace thermotwin::study

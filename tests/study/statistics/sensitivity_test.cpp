@@ -64,6 +64,65 @@ TEST(Sensitivity, PickFreezeIntervalsHoldTheKnownShares) {
   EXPECT_LE(held, 0.98 * all) << all;
 }
 
+/// Pick-freeze rows of a function of uniform values.
+template <class Function>
+MatrixXd pick_freeze_rows(const Function& of, int d, int samples, int seed) {
+  const MatrixXd shares = drawn_shares(samples, 2 * d, seed, false);
+  MatrixXd outputs(samples * (d + 2), 1);
+  for (int s = 0; s < samples; ++s) {
+    const VectorXd a = shares.row(s).head(d), b = shares.row(s).tail(d);
+    outputs(s * (d + 2), 0) = of(a);
+    outputs(s * (d + 2) + 1, 0) = of(b);
+    for (int i = 0; i < d; ++i) {
+      VectorXd ab = a;
+      ab[i] = b[i];
+      outputs(s * (d + 2) + 2 + i, 0) = of(ab);
+    }
+  }
+  return outputs;
+}
+
+TEST(Sensitivity, PickFreezeOfFewSamplesStaysInItsIntervals) {
+  // One value makes nine tenths of the variance, as a power does, beside a product of the two others.
+  const auto of = [](const VectorXd& x) { return 3.0 * x[0] + 0.8 * (1.0 + x[1]) * (0.5 + x[2]); };
+  const double b = 0.64 / 12.0, first1 = b, first2 = b * 2.25, both = 0.64 / 144.0, all = 0.75 + first1 + first2 + both;
+  const double first[] = {0.75 / all, first1 / all, first2 / all};
+  const double total[] = {0.75 / all, (first1 + both) / all, (first2 + both) / all};
+  for (const int samples : {12, 50}) {
+    int held = 0, count = 0;
+    double square = 0.0;
+    for (int seed = 1; seed <= 100; ++seed) {
+      const Sensitivity found = pick_freeze(pick_freeze_rows(of, 3, samples, seed), 3);
+      for (int i = 0; i < 3; ++i) {
+        for (const Share& share : {found.first[i], found.total[i]}) {
+          EXPECT_LE(0.0, share.low) << samples << " " << seed << " " << i;
+          EXPECT_LE(share.low, share.value) << samples << " " << seed << " " << i;
+          EXPECT_LE(share.value, share.high) << samples << " " << seed << " " << i;
+          EXPECT_LE(share.high, 1.0) << samples << " " << seed << " " << i;
+        }
+        held += holds(found.first[i], first[i]) + holds(found.total[i], total[i]);
+        count += 2;
+      }
+      square += std::pow(found.first[0].value - first[0], 2) / 100.0;
+    }
+    EXPECT_GE(held, 0.90 * count) << samples;
+    EXPECT_LE(held, 0.98 * count) << samples;
+    EXPECT_LT(std::sqrt(square), samples == 50 ? 0.08 : 0.22) << samples;
+  }
+}
+
+TEST(Sensitivity, PickFreezeOfWhatMakesNoDifferenceIsZero) {
+  const MatrixXd rows = pick_freeze_rows([](const VectorXd& x) { return x[0]; }, 2, 30, 1);
+  const Sensitivity found = pick_freeze(rows, 2), none = pick_freeze(MatrixXd::Ones(4 * 30, 1), 2);
+  EXPECT_NEAR(found.first[0].value, 1.0, 0.02);
+  EXPECT_NEAR(found.total[0].value, 1.0, 0.4);
+  for (const Share& share : {found.first[1], found.total[1], none.first[0], none.total[0]}) {
+    EXPECT_NEAR(share.value, 0.0, 1e-9);
+    EXPECT_NEAR(share.low, 0.0, 1e-9);
+    EXPECT_NEAR(share.high, 0.0, 1e-6);
+  }
+}
+
 /// Two outputs that are smooth in six factors, with a product and a part that no polynomial of degree 2 has.
 struct Smooth {
   static constexpr int d = 6;

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Results of earlier plans in the folder of a study: tables that this plan does not make are moved to before/<number>,
+// and the folder of one plan is not taken for another.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "study/variants/variant_results.h"
+
+namespace thermotwin::study {
+
+/// Notes in the folder which plan it is of.
+/// @throws InputError, with both paths, if it is of another plan that still exists
+void claim_folder(const std::filesystem::path& study, const std::filesystem::path& plan);
+
+/// Moves tables that the results do not have to before/<number>, and warns which. @throws InputError
+/// @return the tables, relative to the folder
+std::vector<std::string> set_aside(const std::filesystem::path& study, const VariantStudy& results);
+
+}  // namespace thermotwin::study
