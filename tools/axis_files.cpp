@@ -37,8 +37,19 @@ std::string write_axis_errors(const std::filesystem::path& folder, const compens
     }
     return names;
   });
-  return fmt::format("tables along the axes leave x {:.2f}, y {:.2f}, z {:.2f} um over the workspace",
-                     tables.left_um[0], tables.left_um[1], tables.left_um[2]);
+  const auto left = [](const Eigen::Vector3d& um) {
+    return fmt::format("x {:.2f}, y {:.2f}, z {:.2f} um", um[0], um[1], um[2]);
+  };
+  const std::string text = fmt::format("tables along the axes leave {} over the workspace", left(tables.left_um));
+  if (tables.rotary.empty()) return text;
+  std::vector<std::string> at, between;
+  for (const compensation::RotaryRange& axis : tables.rotary) {
+    at.push_back(fmt::format("{} {:.4g}", axis.axis, axis.middle / core::units::deg));
+    between.push_back(
+        fmt::format("{} {:.4g} to {:.4g}", axis.axis, axis.low / core::units::deg, axis.high / core::units::deg));
+  }
+  return fmt::format("{} with {} deg, and {} with {} deg as in the tables", text, core::join(between),
+                     left(tables.left_at_rotary_middle_um), core::join(at));
 }
 
 }  // namespace thermotwin::tools

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "compensation/online/compensator.h"
 #include "mesh/machine/kinematics.h"
@@ -91,6 +93,11 @@ TEST_F(AxisLines, TablesHoldTheErrorsAlongTheAxes) {
     const std::vector<double>& ends = model_.machine.workspace.positions[k];
     middle[axis(k)] = 0.5 * (ends.front() + ends.back());
   }
+  const int swivel = model_.machine.axis_index("B"), turn = model_.machine.axis_index("C");
+  middle[swivel] = std::numbers::pi / 4;
+  middle[turn] = 0.0;
+  ASSERT_EQ(tables.rotary.size(), 2U);
+  EXPECT_NEAR(tables.rotary[0].middle, std::numbers::pi / 4, 1e-12);
   for (std::size_t k = 0; k < lines_.size(); ++k) {
     const AxisErrors& table = tables.axes[k];
     mesh::Pose end = middle;
@@ -107,7 +114,34 @@ TEST_F(AxisLines, TablesHoldTheErrorsAlongTheAxes) {
     sum += tables.axes[k].errors.col(0).head<3>();
   }
   const Eigen::Vector3d left = (1e6 * compensator_.tcp(corner).error.head<3>() - sum).cwiseAbs();
-  for (int i = 0; i < 3; ++i) EXPECT_LE(left[i], tables.left_um[i] + 1e-9) << i;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LE(left[i], tables.left_at_rotary_middle_um[i] + 1e-9) << i;
+    EXPECT_LE(tables.left_at_rotary_middle_um[i], tables.left_um[i] + 1e-9) << i;
+  }
+  // No table knows that B and C turn.
+  corner[swivel] = std::numbers::pi / 2;
+  corner[turn] = std::numbers::pi / 2;
+  const Eigen::Vector3d turned = (1e6 * compensator_.tcp(corner).error.head<3>() - sum).cwiseAbs();
+  for (int i = 0; i < 3; ++i) EXPECT_LE(turned[i], tables.left_um[i] + 1e-9) << i;
+  EXPECT_GT(tables.left_um.maxCoeff(), tables.left_at_rotary_middle_um.maxCoeff() + 1e-3);
+}
+
+TEST_F(AxisLines, WhatIsLeftAcrossHoldsWhereTheRotaryAxesTurn) {
+  const int swivel = model_.machine.axis_index("B"), turn = model_.machine.axis_index("C");
+  for (std::size_t k = 0; k < lines_.size(); ++k) {
+    double left = 0.0;
+    for (mesh::Pose pose : mesh::workspace_poses(model_.machine)) {
+      for (const double b : {0.0, std::numbers::pi / 4, std::numbers::pi / 2}) {
+        for (int quarter = 0; quarter < 4; ++quarter) {
+          pose[swivel] = b;
+          pose[turn] = quarter * std::numbers::pi / 2;
+          const double line = lines_[k].offset_um + lines_[k].slope_um_m * (pose[axis(k)] - lines_[k].reference);
+          left = std::max(left, std::abs(offsets_um(pose)[static_cast<Eigen::Index>(k)] - line));
+        }
+      }
+    }
+    EXPECT_NEAR(lines_[k].left_across_um, left, 1e-9);
+  }
 }
 
 }  // namespace
