@@ -126,6 +126,23 @@ std::string fmu3_description(const ControlData& data) {
 
 namespace {
 
+/// Names that the core shares between its files begin with that of the FMU, so that a program may hold others, too.
+std::string prefixed(const std::string& text) {
+  const auto is_word = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
+  };
+  std::string result;
+  bool is_include = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins_line = i == 0 || text[i - 1] == '\n';
+    if (begins_line) is_include = text.compare(i, 8, "#include") == 0;
+    const bool is_shared = text.compare(i, 3, "tt_") == 0 || text.compare(i, 4, "fmu_") == 0;
+    if (is_shared && !is_include && (i == 0 || !is_word(text[i - 1]))) result += fmt::format("{}_", identifier);
+    result += text[i];
+  }
+  return result;
+}
+
 /// Sources of the library of this version of FMI.
 std::vector<ArchiveFile> sources_of(int version) {
   const std::string other = version == 2 ? "fmi3" : "fmi2";
@@ -133,7 +150,7 @@ std::vector<ArchiveFile> sources_of(int version) {
   for (const EmbeddedFile& file : control_files()) {
     const std::string name = file.name;
     if (name != "main.c" && name != "README.md" && !name.starts_with(other))
-      files.push_back({"sources/" + name, flat_includes(file.text)});
+      files.push_back({"sources/" + name, prefixed(flat_includes(file.text))});
   }
   return files;
 }

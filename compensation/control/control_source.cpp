@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "compensation/control/twin.h"
@@ -32,7 +33,7 @@ void append(fmt::memory_buffer& out, double value) {
     put(out, "{:a}", value);
 }
 void append(fmt::memory_buffer& out, std::int32_t value) { put(out, "{}", value); }
-void append(fmt::memory_buffer& out, const std::string& value) { put(out, "\"{}\"", value); }
+void append(fmt::memory_buffer& out, const std::string& value) { put(out, "{}", c_literal(value)); }
 
 /// static const TYPE name[] = {...};  an empty array has one element that nothing reads
 template <class Value>
@@ -62,6 +63,30 @@ std::string constant_name(const std::string& channel) {
 
 }  // namespace
 
+std::string comment_text(const std::string& text) {
+  std::string result;
+  for (char c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = ' ';
+    if (c == '\\') c = '|';  // no line that goes on
+    // No "*/" and no "/*".
+    const bool ends = (c == '/' || c == '*') && !result.empty() && (result.back() == '*' || result.back() == '/');
+    if (ends) result += ' ';
+    result += c;
+  }
+  return result;
+}
+
+std::string c_literal(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c < ' ' || c > '~' || c == '"' || c == '\\' || c == '?')  // ? begins trigraphs
+      result += fmt::format("\\{:03o}", c & 0xFF);
+    else
+      result += c;
+  }
+  return result + "\"";
+}
+
 std::string flat_includes(const std::string& text) {
   const std::string folder = "#include \"compensation/control/";
   std::string flat = text;
@@ -73,7 +98,8 @@ std::string flat_includes(const std::string& text) {
 std::string model_source(const ControlData& data) {
   fmt::memory_buffer out;
   put(out, "{}", licence);
-  put(out, "/* The reduced model of {}. */\n#include \"model_data.h\"\n\n#include <math.h>\n\n", data.name);
+  put(out, "/* The reduced model of {}. */\n#include \"model_data.h\"\n\n#include <math.h>\n\n",
+      comment_text(data.name));
 #define TT_FIELD(x) append_array(out, "double", #x, data.x);
   TT_MODEL_DOUBLES(TT_FIELD)
 #undef TT_FIELD
@@ -83,7 +109,7 @@ std::string model_source(const ControlData& data) {
 #define TT_FIELD(x) append_array(out, "char* const", #x, data.x);
   TT_MODEL_TEXTS(TT_FIELD)
 #undef TT_FIELD
-  put(out, "\nconst tt_model tt_the_model = {{\n  \"{}\", UINT64_C(0x{:016X}),\n", data.name, data.hash);
+  put(out, "\nconst tt_model tt_the_model = {{\n  {}, UINT64_C(0x{:016X}),\n", c_literal(data.name), data.hash);
 #define TT_FIELD(x) put(out, "  {}, /* {} */\n", data.x, #x);
   TT_MODEL_COUNTS(TT_FIELD)
 #undef TT_FIELD
@@ -106,16 +132,19 @@ std::string model_header(const ControlData& data, const tt_model& model) {
   fmt::memory_buffer out;
   put(out, "{}#ifndef THERMOTWIN_MODEL_DATA_H\n#define THERMOTWIN_MODEL_DATA_H\n", licence);
   put(out, "/* The reduced model of {}, and the memory that a twin of it needs. */\n\n#include \"model.h\"\n\n",
-      data.name);
+      comment_text(data.name));
   put(out, "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\nextern const tt_model tt_the_model;\n\n");
   put(out,
       "enum {{\n  TT_STATE_BYTES = {},\n  TT_WORK_BYTES = {},\n  TT_CHANNELS = {},\n  TT_SENSORS = {},\n  "
       "TT_LINEAR_AXES = {}\n}};\n\n",
       tt_twin_state_bytes(&model), tt_twin_work_bytes(&model), data.channels, data.sensors, data.linear_axes);
   put(out, "/* Channels of a row, in the units of their names. */\nenum {{\n");
-  for (std::size_t k = 0; k < data.channel_names.size(); ++k)
-    put(out, "  TT_CHANNEL_{} = {}{}\n", constant_name(data.channel_names[k]), k,
-        k + 1 < data.channel_names.size() ? "," : "");
+  std::set<std::string> taken;
+  for (std::size_t k = 0; k < data.channel_names.size(); ++k) {
+    std::string name = constant_name(data.channel_names[k]);
+    if (!taken.insert(name).second) taken.insert(name += fmt::format("_{}", k));  // "a-b" beside "a_b"
+    put(out, "  TT_CHANNEL_{} = {}{}\n", name, k, k + 1 < data.channel_names.size() ? "," : "");
+  }
   put(out, "}};\n\n#ifdef __cplusplus\n}}\n#endif\n#endif\n");
   return fmt::to_string(out);
 }

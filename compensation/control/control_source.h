@@ -18,6 +18,11 @@ struct EmbeddedFile {
 /// @return sources and headers of the core, and of its example
 const std::vector<EmbeddedFile>& control_files();
 
+/// @return `text` for a comment of C or of a line that # begins: on one line, and it does not end a comment of C
+std::string comment_text(const std::string& text);
+/// @return `text` as a literal of C, in quotes
+std::string c_literal(const std::string& text);
+
 /// @return `text` with the core's headers included from the same folder
 std::string flat_includes(const std::string& text);
 

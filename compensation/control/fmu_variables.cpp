@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "core/text.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -76,18 +78,9 @@ std::vector<FmuVariable> fmu_variables(const ControlData& data) {
 }
 
 std::string fmu_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
+  std::string line = text;
+  for (char& c : line) c = c >= 0 && c < ' ' ? ' ' : c;
+  return core::xml_text(line);
 }
 
 std::string fmu_unit_definitions() {

@@ -167,7 +167,7 @@ void add_guard(const HalConfig& config, const ControlData& model, Nets& nets) {
 }
 
 std::string ini_pieces(const HalConfig& config, const ControlData& model, const fs::path& folder) {
-  std::string text = fmt::format("{}# Lines for {}.\n", licence, config.ini.filename().string());
+  std::string text = fmt::format("{}# Lines for {}.\n", licence, comment_text(config.ini.filename().string()));
   text += fmt::format("\n[THERMOTWIN]\nFOLDER = {}\n", folder.string());
   text +=
       fmt::format("\n# in [HAL], after the other HALFILE lines:\nHALFILE = {}\n", (folder / "thermotwin.hal").string());
@@ -186,6 +186,9 @@ std::string ini_pieces(const HalConfig& config, const ControlData& model, const 
 
 HalPieces hal_pieces(const HalConfig& config, const ControlData& model, const fs::path& folder) {
   check(config, model);
+  if (folder.string().find_first_of("\r\n") != std::string::npos)
+    throw core::InputError(comment_text(folder.string()), "a line break in the name of the folder",
+                           "one line: the folder stands in the INI file");
   HalPieces pieces;
   Nets nets(config);
   nets.line(fmt::format("loadrt thermotwin_guard names={} personality={}", guard, model.axis_names.size()));
@@ -201,8 +204,8 @@ HalPieces hal_pieces(const HalConfig& config, const ControlData& model, const fs
   nets.line("");
   nets.comment("Offsets by way of the guard.");
   add_guard(config, model, nets);
-  pieces.hal = fmt::format("{}# Thermal offsets of {} for {}.\n\n{}", licence, model.name,
-                           config.ini.filename().string(), nets.text());
+  pieces.hal = fmt::format("{}# Thermal offsets of {} for {}.\n\n{}", licence, comment_text(model.name),
+                           comment_text(config.ini.filename().string()), nets.text());
   pieces.ini = ini_pieces(config, model, folder);
   return pieces;
 }

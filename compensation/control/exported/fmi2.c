@@ -4,18 +4,19 @@
 #include "fmi2.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmu_twin.h"
 
-typedef enum { instantiated, initialising, stepping, terminated, failed } phase;
+typedef enum { instantiated, initialising, stepping, terminated } phase;
 
 typedef struct instance {
   fmu_twin* twin;
   char* name;
   fmi2CallbackFunctions callbacks;
-  double start;
+  double start, stop; /* HUGE_VAL: none */
   phase now;
 } instance;
 
@@ -25,6 +26,15 @@ static fmi2Status complain(const instance* i, fmi2Status status, const char* tex
   if (i->callbacks.logger)
     i->callbacks.logger(i->callbacks.componentEnvironment, i->name ? i->name : "", status, "error", "%s", text);
   return status;
+}
+
+/* A call that the state of the instance does not allow. */
+static fmi2Status not_now(const instance* i, const char* function) {
+  static const char* const phases[] = {"instantiated", "initialised", "stepped", "terminated"};
+  char text[128];
+  if (!i) return fmi2Error;
+  snprintf(text, sizeof text, "%s: not allowed while the instance is %s", function, phases[i->now]);
+  return complain(i, fmi2Error, text);
 }
 
 const char* fmi2GetTypesPlatform(void) { return "default"; }
@@ -55,6 +65,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
   *i = empty;
   i->name = (char*)i->callbacks.allocateMemory(name ? strlen(name) + 1 : 1, 1);
   if (i->name && name) memcpy(i->name, name, strlen(name));
+  i->stop = HUGE_VAL;
   i->twin = fmu_open(resources, guid, i->callbacks.allocateMemory, i->callbacks.freeMemory, &why);
   if (i->twin && i->name) return i;
   complain(i, fmi2Error, why ? why : "no memory");
@@ -73,30 +84,34 @@ void fmi2FreeInstance(fmi2Component c) {
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
   instance* i = (instance*)c;
-  (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-  if (!i || i->now != instantiated || !isfinite(start)) return fmi2Error;
+  (void)has_tolerance, (void)tolerance;
+  if (!i || i->now != instantiated) return not_now(i, "fmi2SetupExperiment");
+  if (!isfinite(start)) return complain(i, fmi2Error, "the start is no time");
+  if (has_stop && !(stop >= start)) return complain(i, fmi2Error, "the stop time is before the start");
   i->start = start;
+  i->stop = has_stop ? stop : HUGE_VAL;
   return fmi2OK;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   instance* i = (instance*)c;
-  if (!i || i->now != instantiated) return fmi2Error;
+  if (!i || i->now != instantiated) return not_now(i, "fmi2EnterInitializationMode");
   i->now = initialising;
   return fmi2OK;
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   instance* i = (instance*)c;
-  if (!i || i->now != initialising) return fmi2Error;
-  if (fmu_row(i->twin, i->start) < 0) return complain(i, fmi2Error, "the start is no time");
+  if (!i || i->now != initialising) return not_now(i, "fmi2ExitInitializationMode");
+  const char* why = fmu_first(i->twin, i->start);
+  if (why) return complain(i, fmi2Error, why);
   i->now = stepping;
   return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
   instance* i = (instance*)c;
-  if (!i || i->now != stepping) return fmi2Error;
+  if (!i || i->now != stepping) return not_now(i, "fmi2Terminate");
   i->now = terminated;
   return fmi2OK;
 }
@@ -106,13 +121,22 @@ fmi2Status fmi2Reset(fmi2Component c) {
   if (!i) return fmi2Error;
   fmu_begin(i->twin);
   i->start = 0.0;
+  i->stop = HUGE_VAL;
   i->now = instantiated;
+  return fmi2OK;
+}
+
+/* While it is initialised, outputs are those of the inputs that are set. */
+static fmi2Status bring_up(const instance* i) {
+  const char* why = i->now == initialising ? fmu_first(i->twin, i->start) : NULL;
+  if (why) return complain(i, fmi2Error, why);
   return fmi2OK;
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
+  if (bring_up(i) != fmi2OK) return fmi2Error;
   const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin);
   for (size_t k = 0; k < n; ++k) {
     if (r[k] >= inputs + outputs) return complain(i, fmi2Error, "no real variable of this reference");
@@ -124,6 +148,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
+  if (bring_up(i) != fmi2OK) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
     if (r[k] >= (unsigned)fmu_integers(i->twin)) return complain(i, fmi2Error, "no integer variable of this reference");
     v[k] = fmu_integer(i->twin, (int)r[k]);
@@ -146,7 +171,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
   if (!i) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
     if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, fmi2Error, "no input of this reference");
-    i->twin->inputs[r[k]] = v[k];
+    fmu_set(i->twin, (int)r[k], v[k]);
   }
   return fmi2OK;
 }
@@ -166,15 +191,15 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n
   return c && n == 0 ? fmi2OK : fmi2Error;
 }
 
-/* A copied state: phase and start, then the twin's. */
+/* A copied state: phase, start and stop, then the twin's. */
 typedef struct copied {
-  double start, now;
+  double start, stop, now;
 } copied;
 
 static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_state_bytes(i->twin); }
 
 static void copy_out(const instance* i, void* bytes) {
-  const copied head = {i->start, (double)i->now};
+  const copied head = {i->start, i->stop, (double)i->now};
   memcpy(bytes, &head, sizeof head);
   fmu_save(i->twin, (char*)bytes + sizeof head);
 }
@@ -196,6 +221,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
   if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
     return complain(i, fmi2Error, "not a state of this model");
   i->start = head.start;
+  i->stop = head.stop;
   i->now = (phase)head.now;
   return fmi2OK;
 }
@@ -211,23 +237,25 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
   const instance* i = (const instance*)c;
   if (!i || !state || !size) return fmi2Error;
-  *size = copied_bytes(i);
+  *size = copied_bytes(i) + fmu_sum_bytes;
   return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
   const instance* i = (const instance*)c;
-  if (!i || !state || size < copied_bytes(i)) return fmi2Error;
-  memcpy(bytes, state, copied_bytes(i));
+  if (!i || !state || size < copied_bytes(i) + fmu_sum_bytes) return fmi2Error;
+  fmu_serialise(state, copied_bytes(i), bytes);
   return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
   const instance* i = (const instance*)c;
-  if (!i || !state || size != copied_bytes(i)) return fmi2Error;
+  if (!i || !state) return fmi2Error;
+  if (size != copied_bytes(i) + fmu_sum_bytes) return complain(i, fmi2Error, "not a state of this model");
+  if (!fmu_is_whole(bytes, size)) return complain(i, fmi2Error, "a damaged state");
   if (!*state) *state = i->callbacks.allocateMemory(size, 1);
   if (!*state) return complain(i, fmi2Error, "no memory");
-  memcpy(*state, bytes, size);
+  memcpy(*state, bytes, copied_bytes(i));
   return fmi2OK;
 }
 
@@ -253,9 +281,9 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_return) {
   instance* i = (instance*)c;
   (void)no_return;
-  if (!i || i->now != stepping) return fmi2Error;
-  if (fmu_row(i->twin, time + step) < 0) return complain(i, fmi2Error, "the step does not lead on in time");
-  return fmi2OK;
+  if (!i || i->now != stepping) return not_now(i, "fmi2DoStep");
+  const char* why = fmu_step(i->twin, time, step, i->stop);
+  return why ? complain(i, fmi2Error, why) : fmi2OK;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {

@@ -6,6 +6,8 @@
 
 #include <stddef.h>
 
+#include "fmi2_names.h"
+
 #if defined(_WIN32)
 #define FMI2_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)

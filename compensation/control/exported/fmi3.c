@@ -5,6 +5,7 @@
 #include "fmi3.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,13 +17,22 @@ typedef struct instance {
   fmu_twin* twin;
   fmi3InstanceEnvironment environment;
   fmi3LogMessageCallback log;
-  double start;
+  double start, stop; /* HUGE_VAL: none */
   phase now;
 } instance;
 
 static fmi3Status complain(const instance* i, const char* text) {
   if (i->log) i->log(i->environment, fmi3Error, "error", text);
   return fmi3Error;
+}
+
+/* A call that the state of the instance does not allow. */
+static fmi3Status not_now(const instance* i, const char* function) {
+  static const char* const phases[] = {"instantiated", "initialised", "stepped", "terminated"};
+  char text[128];
+  if (!i) return fmi3Error;
+  snprintf(text, sizeof text, "%s: not allowed while the instance is %s", function, phases[i->now]);
+  return complain(i, text);
 }
 
 const char* fmi3GetVersion(void) { return "3.0"; }
@@ -69,6 +79,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   if (!i) return NULL;
   i->environment = environment;
   i->log = log;
+  i->stop = HUGE_VAL;
   i->twin = fmu_open(resources, token, calloc, free, &why);
   if (i->twin) return i;
   complain(i, why);
@@ -86,24 +97,28 @@ void fmi3FreeInstance(fmi3Instance c) {
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
   instance* i = (instance*)c;
-  (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-  if (!i || i->now != instantiated || !isfinite(start)) return fmi3Error;
+  (void)has_tolerance, (void)tolerance;
+  if (!i || i->now != instantiated) return not_now(i, "fmi3EnterInitializationMode");
+  if (!isfinite(start)) return complain(i, "the start is no time");
+  if (has_stop && !(stop >= start)) return complain(i, "the stop time is before the start");
   i->start = start;
+  i->stop = has_stop ? stop : HUGE_VAL;
   i->now = initialising;
   return fmi3OK;
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
   instance* i = (instance*)c;
-  if (!i || i->now != initialising) return fmi3Error;
-  if (fmu_row(i->twin, i->start) < 0) return complain(i, "the start is no time");
+  if (!i || i->now != initialising) return not_now(i, "fmi3ExitInitializationMode");
+  const char* why = fmu_first(i->twin, i->start);
+  if (why) return complain(i, why);
   i->now = stepping;
   return fmi3OK;
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
   instance* i = (instance*)c;
-  if (!i || i->now != stepping) return fmi3Error;
+  if (!i || i->now != stepping) return not_now(i, "fmi3Terminate");
   i->now = terminated;
   return fmi3OK;
 }
@@ -113,12 +128,15 @@ fmi3Status fmi3Reset(fmi3Instance c) {
   if (!i) return fmi3Error;
   fmu_begin(i->twin);
   i->start = 0.0;
+  i->stop = HUGE_VAL;
   i->now = instantiated;
   return fmi3OK;
 }
 
 /* The instance is always in step mode; events and configuration are not in the description. */
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return c && ((instance*)c)->now == stepping ? fmi3OK : fmi3Error; }
+fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+  return c && ((instance*)c)->now == stepping ? fmi3OK : not_now((instance*)c, "fmi3EnterStepMode");
+}
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (void)c, fmi3Error; }
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return (void)c, fmi3Error; }
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return (void)c, fmi3Error; }
@@ -129,19 +147,28 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
                       fmi3Boolean* terminate, fmi3Boolean* early, fmi3Float64* last) {
   instance* i = (instance*)c;
   (void)no_return;
-  if (!i || i->now != stepping) return fmi3Error;
+  if (!i || i->now != stepping) return not_now(i, "fmi3DoStep");
   if (event) *event = false;
   if (terminate) *terminate = false;
   if (early) *early = false;
   if (last) *last = i->twin->time;
-  if (fmu_row(i->twin, time + step) < 0) return complain(i, "the step does not lead on in time");
+  const char* why = fmu_step(i->twin, time, step, i->stop);
+  if (why) return complain(i, why);
   if (last) *last = i->twin->time;
+  return fmi3OK;
+}
+
+/* While it is initialised, outputs are those of the inputs that are set. */
+static fmi3Status bring_up(const instance* i) {
+  const char* why = i->now == initialising ? fmu_first(i->twin, i->start) : NULL;
+  if (why) return complain(i, why);
   return fmi3OK;
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t values) {
   const instance* i = (const instance*)c;
   if (!i || values != n) return fmi3Error;
+  if (bring_up(i) != fmi3OK) return fmi3Error;
   const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin),
                  time = inputs + outputs + (unsigned)fmu_integers(i->twin);
   for (size_t k = 0; k < n; ++k) {
@@ -159,7 +186,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
   if (!i || values != n) return fmi3Error;
   for (size_t k = 0; k < n; ++k) {
     if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, "no input of this reference");
-    i->twin->inputs[r[k]] = v[k];
+    fmu_set(i->twin, (int)r[k], v[k]);
   }
   return fmi3OK;
 }
@@ -167,6 +194,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Int32 v[], size_t values) {
   const instance* i = (const instance*)c;
   if (!i || values != n) return fmi3Error;
+  if (bring_up(i) != fmi3OK) return fmi3Error;
   const unsigned first = (unsigned)(fmu_inputs(i->twin) + fmu_outputs(i->twin)),
                  count = (unsigned)fmu_integers(i->twin);
   for (size_t k = 0; k < n; ++k) {
@@ -181,9 +209,9 @@ fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, 
   return c && n == 0 && values == 0 ? fmi3OK : fmi3Error;
 }
 
-/* A copied state: phase and start, then the twin's. */
+/* A copied state: phase, start and stop, then the twin's. */
 typedef struct copied {
-  double start, now;
+  double start, stop, now;
 } copied;
 
 static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_state_bytes(i->twin); }
@@ -191,7 +219,7 @@ static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_stat
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* state) {
   const instance* i = (const instance*)c;
   if (!i || !state) return fmi3Error;
-  const copied head = {i->start, (double)i->now};
+  const copied head = {i->start, i->stop, (double)i->now};
   if (!*state) *state = calloc(copied_bytes(i), 1);
   if (!*state) return complain(i, "no memory");
   memcpy(*state, &head, sizeof head);
@@ -207,6 +235,7 @@ fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
   if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
     return complain(i, "not a state of this model");
   i->start = head.start;
+  i->stop = head.stop;
   i->now = (phase)head.now;
   return fmi3OK;
 }
@@ -220,22 +249,24 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* state) {
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t* size) {
   if (!c || !state || !size) return fmi3Error;
-  *size = copied_bytes((const instance*)c);
+  *size = copied_bytes((const instance*)c) + fmu_sum_bytes;
   return fmi3OK;
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
   const instance* i = (const instance*)c;
-  if (!i || !state || size < copied_bytes(i)) return fmi3Error;
-  memcpy(bytes, state, copied_bytes(i));
+  if (!i || !state || size < copied_bytes(i) + fmu_sum_bytes) return fmi3Error;
+  fmu_serialise(state, copied_bytes(i), bytes);
   return fmi3OK;
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState* state) {
   const instance* i = (const instance*)c;
-  if (!i || !state || size != copied_bytes(i)) return fmi3Error;
+  if (!i || !state) return fmi3Error;
+  if (size != copied_bytes(i) + fmu_sum_bytes) return complain(i, "not a state of this model");
+  if (!fmu_is_whole(bytes, size)) return complain(i, "a damaged state");
   if (!*state) *state = calloc(size, 1);
   if (!*state) return complain(i, "no memory");
-  memcpy(*state, bytes, size);
+  memcpy(*state, bytes, copied_bytes(i));
   return fmi3OK;
 }

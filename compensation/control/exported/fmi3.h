@@ -8,6 +8,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "fmi3_names.h"
+
 #if defined(_WIN32)
 #define FMI3_EXPORT __declspec(dllexport)
 #elif defined(__GNUC__)

@@ -8,6 +8,7 @@
 
 enum { longest_path = 4096 };
 #define FMU_NOT_GIVEN (-1e29)
+#define FMU_START_NOT_GIVEN (-1e30)
 
 static int hexadecimal(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -86,7 +87,8 @@ static const char* read_model(fmu_twin* f, const char* resources, const char* ha
   if (!f->texts) return "no memory";
   if (tt_model_read(f->bytes, size, f->texts, &f->model)) return "resources/model.bin is damaged";
   sprintf(own, "%08lx%08lx", (unsigned long)(f->model.hash >> 32), (unsigned long)(f->model.hash & 0xFFFFFFFFu));
-  return !hash || strstr(hash, own) ? NULL : "resources/model.bin belongs to another description";
+  if (!hash) return "no guid or token of the description is given";
+  return strstr(hash, own) ? NULL : "resources/model.bin belongs to another description";
 }
 
 static const char* make_room(fmu_twin* f) {
@@ -124,20 +126,47 @@ void fmu_close(fmu_twin* f) {
   f->release(f);
 }
 
-void fmu_begin(fmu_twin* f) {
+static void restart(fmu_twin* f) {
   tt_twin_begin(&f->twin, &f->model, f->state, f->work);
-  for (int k = 0; k < f->model.channels; ++k) {
-    const double usual = f->model.channel_default[k];
-    f->inputs[k] = isnan(usual) ? 10.0 * FMU_NOT_GIVEN : usual;
-  }
-  for (int k = f->model.channels; k < fmu_inputs(f); ++k) f->inputs[k] = 10.0 * FMU_NOT_GIVEN;
+  f->time = 0.0;
+  f->is_current = 0;
 }
 
-int fmu_row(fmu_twin* f, double time) {
+void fmu_set(fmu_twin* f, int input, double value) {
+  f->inputs[input] = value;
+  f->is_current = 0;
+}
+
+void fmu_begin(fmu_twin* f) {
+  restart(f);
+  for (int k = 0; k < f->model.channels; ++k) {
+    const double usual = f->model.channel_default[k];
+    f->inputs[k] = isnan(usual) ? FMU_START_NOT_GIVEN : usual;
+  }
+  for (int k = f->model.channels; k < fmu_inputs(f); ++k) f->inputs[k] = FMU_START_NOT_GIVEN;
+}
+
+static int row(fmu_twin* f, double time) {
   for (int k = 0; k < fmu_inputs(f); ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
   const int status = tt_twin_row(&f->twin, time, f->given, f->given + f->model.channels);
   if (status >= 0) f->time = time;
   return status;
+}
+
+const char* fmu_first(fmu_twin* f, double start) {
+  if (f->is_current) return NULL;
+  restart(f);
+  if (row(f, start) < 0) return "the start is no time";
+  f->is_current = 1;
+  return NULL;
+}
+
+const char* fmu_step(fmu_twin* f, double time, double step, double stop) {
+  /* Of sums of steps in an importer. */
+  const double slack = 1e-6 * fabs(step) + 1e-12 * fabs(time);
+  if (!(fabs(time - f->time) <= slack)) return "the step does not begin where the last one ended";
+  if (time + step > stop + slack) return "the step ends behind the stop time";
+  return row(f, time + step) < 0 ? "the step does not lead on in time" : NULL;
 }
 
 /* Inputs, time, then the twin's own saved state. */
@@ -157,5 +186,26 @@ int fmu_load(fmu_twin* f, const void* bytes, size_t count) {
   if (tt_twin_load(&f->twin, from + head_bytes(f), count - head_bytes(f)) != TT_LOADED) return 1;
   memcpy(&f->time, from, sizeof f->time);
   memcpy(f->inputs, from + sizeof f->time, head_bytes(f) - sizeof f->time);
+  f->is_current = 0;
   return 0;
+}
+
+/* FNV-1a of 64 bits. */
+static uint64_t sum_of(const unsigned char* bytes, size_t count) {
+  uint64_t sum = UINT64_C(0xCBF29CE484222325);
+  for (size_t k = 0; k < count; ++k) sum = (sum ^ bytes[k]) * UINT64_C(0x100000001B3);
+  return sum;
+}
+
+void fmu_serialise(const void* state, size_t count, void* bytes) {
+  const uint64_t sum = sum_of((const unsigned char*)state, count);
+  memcpy(bytes, state, count);
+  memcpy((unsigned char*)bytes + count, &sum, fmu_sum_bytes);
+}
+
+int fmu_is_whole(const void* bytes, size_t count) {
+  uint64_t sum;
+  if (count < fmu_sum_bytes) return 0;
+  memcpy(&sum, (const unsigned char*)bytes + count - fmu_sum_bytes, fmu_sum_bytes);
+  return sum == sum_of((const unsigned char*)bytes, count - fmu_sum_bytes);
 }

@@ -19,6 +19,7 @@ typedef struct fmu_twin {
   void *state, *work;
   double *given, *inputs; /* (channels, then sensors) scratch; as they were set */
   double time;
+  int is_current; /* while it is initialised: outputs are those of the inputs */
   tt_model model;
   tt_twin twin;
 } fmu_twin;
@@ -29,14 +30,22 @@ fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocat
 int fmu_inputs(const fmu_twin* f); /* channels and sensors */
 int fmu_outputs(const fmu_twin* f);
 double fmu_output(const fmu_twin* f, int i);
+void fmu_set(fmu_twin* f, int input, double value);
 int fmu_integers(const fmu_twin* f);
 int fmu_integer(const fmu_twin* f, int i);
 void fmu_close(fmu_twin* f);
 void fmu_begin(fmu_twin* f); /* anew, with default inputs */
-/* A row with the inputs that are set; those below -1e29 or NaN are not given. Returns as tt_twin_row. */
-int fmu_row(fmu_twin* f, double time);
+/* The row of the start, with the inputs that are set; may be done again when they have changed. NULL or why not. */
+const char* fmu_first(fmu_twin* f, double start);
+/* A row at time + step, which begins where the last one ended; inputs below -1e29 or NaN are not given. NULL, or why it
+ * is refused: then nothing has changed. stop: HUGE_VAL where there is none. */
+const char* fmu_step(fmu_twin* f, double time, double step, double stop);
 size_t fmu_state_bytes(const fmu_twin* f);
 void fmu_save(const fmu_twin* f, void* bytes);
 int fmu_load(fmu_twin* f, const void* bytes, size_t count); /* 0: done */
+/* A copied state as bytes: behind it, the check sum of all of them. */
+enum { fmu_sum_bytes = 8 };
+void fmu_serialise(const void* state, size_t count, void* bytes);
+int fmu_is_whole(const void* bytes, size_t count); /* count with the sum */
 
 #endif

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The FMU of FMI 3.0 in the standard's order of calls.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -135,6 +136,11 @@ TEST_F(Fmu3, HasTheBitsOfTheCoreAndOfASerialisedState) {
     EXPECT_EQ(state, nullptr);
     void* other = nullptr;
     const unsigned char* from = bytes.data();
+    for (std::size_t at = 0; at < 320; ++at) {
+      bytes[at] ^= 0x40;
+      ASSERT_EQ(importer_->call("fmi3DeserializeFMUState", two, from, size, &other), 3) << at;
+      bytes[at] ^= 0x40;
+    }
     ASSERT_EQ(importer_->call("fmi3DeserializeFMUState", two, from, size, &other), 0);
     ASSERT_EQ(importer_->call("fmi3SetFMUState", two, other), 0);
     EXPECT_EQ(importer_->call("fmi3FreeFMUState", two, &other), 0);
@@ -163,6 +169,43 @@ TEST_F(Fmu3, RefusesWhatItCannotDo) {
   EXPECT_EQ(importer_->call("fmi3Reset", c), 0);
   EXPECT_EQ(step(c, 0.0, 1.0), 3) << "not yet initialised";
   importer_->call<void>("fmi3FreeInstance", c);
+}
+
+TEST_F(Fmu3, KeepsToTheTimesOfItsExperiment) {
+  logged3 = 0;
+  const Instance c = instantiate(token_);
+  EXPECT_EQ(step(c, 0.0, 1.0), 3);
+  EXPECT_EQ(importer_->call("fmi3EnterInitializationMode", c, false, 0.0, 0.0, true, -5.0), 3);
+  EXPECT_EQ(importer_->call("fmi3EnterInitializationMode", c, false, 0.0, 0.0, true, 100.0), 0);
+  const unsigned sensor = control().model().channels;
+  double value = 0.0;
+  EXPECT_EQ(importer_->call("fmi3GetFloat64", c, &sensor, std::size_t{1}, &value, std::size_t{1}), 0);
+  EXPECT_EQ(value, -1e30);
+  const VectorXd before = offsets(c);
+  EXPECT_GT(before.tail(3).minCoeff(), 0.0) << "deviations of the start values";
+  EXPECT_EQ(importer_->call("fmi3ExitInitializationMode", c), 0);
+  EXPECT_TRUE(offsets(c) == before);
+  EXPECT_EQ(step(c, 0.0, 60.0), 0);
+  EXPECT_EQ(step(c, 60.0, 60.0), 3) << "past the stop";
+  EXPECT_EQ(step(c, 70.0, 10.0), 3) << "a step was left out";
+  EXPECT_EQ(step(c, 60.0, 40.0), 0);
+  EXPECT_EQ(logged3, 4);
+  importer_->call<void>("fmi3FreeInstance", c);
+}
+
+TEST_F(Fmu3, SourcesHonourThePrefix) {
+  const std::string sources = (folder_.path() / "fmu/sources").string();
+  ASSERT_EQ(std::system(fmt::format("cd {} && gcc -std=c99 -O0 -Wall -Wextra -Werror -pedantic "
+                                    "-DFMI3_FUNCTION_PREFIX=mill_ -c *.c",
+                                    sources)
+                            .c_str()),
+            0);
+  const auto names = [&](const char* filter) {
+    return std::system(
+        fmt::format("cd {} && nm -g --defined-only *.o | awk 'NF == 3 {{ print $3 }}' | {}", sources, filter).c_str());
+  };
+  EXPECT_NE(names("grep -Ev '^mill_fmi3|^thermotwin_'"), 0);
+  EXPECT_EQ(names("grep -c '^mill_fmi3' | grep -q '^75$'"), 0);
 }
 
 /// All functions of the standard are there; sources build the library as the build description says.

@@ -169,11 +169,14 @@ TEST_F(Fmu, StatesAreCopiedSerialisedAndContinuedWithTheSameBits) {
   ASSERT_EQ(fmu.call("fmi2DeSerializeFMUstate", two, from, size, &other), 0);
   ASSERT_EQ(fmu.call("fmi2SetFMUstate", two, other), 0);
   EXPECT_TRUE(walk(two, time, 3000) == on);
-  bytes[size / 2] ^= 1;
   void* damaged = nullptr;
-  ASSERT_EQ(fmu.call("fmi2DeSerializeFMUstate", two, from, size, &damaged), 0);
-  EXPECT_EQ(fmu.call("fmi2SetFMUstate", two, damaged), 3);
-  for (void** each : {&state, &other, &damaged}) {
+  for (std::size_t at = 0; at < size; at += at < 400 ? 1 : size / 20) {
+    bytes[at] ^= 1;
+    EXPECT_EQ(fmu.call("fmi2DeSerializeFMUstate", two, from, size, &damaged), 3) << at;
+    EXPECT_EQ(damaged, nullptr);
+    bytes[at] ^= 1;
+  }
+  for (void** each : {&state, &other}) {
     EXPECT_EQ(fmu.call("fmi2FreeFMUstate", one, each), 0);
     EXPECT_EQ(*each, nullptr);
   }
@@ -205,6 +208,72 @@ TEST_F(Fmu, RefusesWhatItCannotDo) {
   EXPECT_EQ(instantiate(fmu, guid_), nullptr) << "cut";
   fs::remove(folder_.path() / "fmu/resources/model.bin");
   EXPECT_EQ(instantiate(fmu, guid_), nullptr) << "missing";
+}
+
+TEST_F(Fmu, KeepsToTheTimesOfItsExperiment) {
+  const Importer& fmu = *importer_;
+  logged = 0;
+  const Component c = instantiate(fmu, guid_);
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 0.0, 1.0, 1), 3) << "not yet initialised";
+  EXPECT_EQ(fmu.call("fmi2ExitInitializationMode", c), 3);
+  EXPECT_EQ(fmu.call("fmi2SetupExperiment", c, 0, 0.0, 10.0, 1, 5.0), 3) << "stop before start";
+  EXPECT_EQ(logged, 3);
+  EXPECT_EQ(fmu.call("fmi2SetupExperiment", c, 0, 0.0, 10.0, 1, 100.0), 0);
+  EXPECT_EQ(fmu.call("fmi2EnterInitializationMode", c), 0);
+  EXPECT_EQ(fmu.call("fmi2ExitInitializationMode", c), 0);
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 10.0, 60.0, 1), 0);
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 70.0, 60.0, 1), 3) << "past the stop";
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 80.0, 10.0, 1), 3) << "a step was left out";
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 70.0, 30.0, 1), 0) << "to the stop";
+  EXPECT_EQ(logged, 5);
+  fmu.call<void>("fmi2FreeInstance", c);
+  const void* nobody = fmu.call<Component>("fmi2Instantiate", "one", 1, static_cast<const char*>(nullptr),
+                                           resources().c_str(), static_cast<const Callbacks*>(&callbacks_), 0, 0);
+  EXPECT_EQ(nobody, nullptr) << "no guid";
+  EXPECT_EQ(logged, 6);
+}
+
+TEST_F(Fmu, StartValuesAndOutputsWhileItIsInitialisedAreThoseOfTheDescription) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const Importer& fmu = *importer_;
+  const Component c = instantiate(fmu, guid_);
+  const unsigned sensor = control().model().channels;
+  double value = 0.0;
+  EXPECT_EQ(fmu.call("fmi2GetReal", c, &sensor, std::size_t{1}, &value), 0);
+  EXPECT_EQ(value, -1e30);
+  EXPECT_EQ(fmu.call("fmi2EnterInitializationMode", c), 0);
+  const VectorXd row = row_at(operating.channels(), 0.0);
+  for (const VectorXd& each : {VectorXd(operating.channels().defaults()), row}) {
+    set(fmu, c, each);
+    test::Twin twin(control().model());
+    VectorXd readings = VectorXd::Constant(control().model().sensors, NAN);
+    if (each.size() > operating.channels().size()) readings = each.tail(readings.size());
+    twin.row(0.0, each.head(operating.channels().size()), readings);
+    EXPECT_TRUE(offsets(fmu, c) == offsets(twin));
+  }
+  const VectorXd before = offsets(fmu, c);
+  EXPECT_EQ(fmu.call("fmi2ExitInitializationMode", c), 0);
+  EXPECT_TRUE(offsets(fmu, c) == before);
+  EXPECT_GT(before.tail(3).minCoeff(), 0.0);
+  fmu.call<void>("fmi2FreeInstance", c);
+}
+
+// Two FMUs in one program: functions have the prefix, all other names that of the FMU.
+TEST_F(Fmu, SourcesHonourThePrefixAndShareNoOtherName) {
+  const std::string sources = (folder_.path() / "fmu/sources").string();
+  for (const auto& [flags, shared] :
+       {std::pair("", "^fmi2|^thermotwin_"), {"-DFMI2_FUNCTION_PREFIX=mill_", "^mill_fmi2|^thermotwin_"}}) {
+    const std::string compile =
+        fmt::format("cd {} && rm -f *.o && gcc -std=c99 -O0 -Wall -Wextra -Werror -pedantic -c {} *.c", sources, flags);
+    ASSERT_EQ(std::system(compile.c_str()), 0);
+    const std::string others = fmt::format(
+        "cd {} && nm -g --defined-only *.o | awk 'NF == 3 {{ print $3 }}' | grep -Ev '{}'", sources, shared);
+    EXPECT_NE(std::system(others.c_str()), 0) << flags;
+    EXPECT_EQ(std::system(fmt::format("cd {} && nm -g --defined-only *.o | grep -q '{}fmi2DoStep$'", sources,
+                                      *flags != 0 ? " mill_" : " ")
+                              .c_str()),
+              0);
+  }
 }
 
 TEST_F(Fmu, DescriptionNamesEveryVariableWithUnitAndStart) {

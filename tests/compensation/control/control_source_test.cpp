@@ -234,5 +234,27 @@ TEST(ControlLibrary, NeedsNothingButLibmAndLibc) {
   for (const std::string& name : defined) EXPECT_TRUE(name.starts_with("tt_")) << name;
 }
 
+// A name is any text of machine.toml; it is neither source nor the end of a comment.
+TEST(ControlText, ANameThatLooksLikeSourceIsNone) {
+  ControlData data = control_data(lumps());
+  data.name = "5\" mill \\ */ #error ?\?/ /* \xC3\xA4\nint x;";
+  data.channel_names.at(0) = "a-b";
+  data.channel_names.at(1) = "a_b";
+  const ControlModel model(data);
+  const test::Scratch folder;
+  write_control_source(folder.path(), data, model.model());
+  const std::string place = folder.path().string();
+  ASSERT_EQ(run("cd " + place + " && gcc -std=c99 -Wall -Wextra -Werror -pedantic -c model_data.c").text, "");
+  core::write_file(
+      folder.path() / "name.c",
+      "#include <stdio.h>\n#include \"model_data.h\"\nint main(void) { return puts(tt_the_model.name) < 0; }\n");
+  const Said said = run("cd " + place + " && gcc -std=c99 name.c model_data.o -o name -lm && ./name");
+  EXPECT_EQ(said.status, 0);
+  EXPECT_EQ(said.text, data.name + "\n");
+  for (const char* file : {"model_data.c", "model_data.h"})
+    EXPECT_EQ(core::read_file(folder.path() / file).find("\nint x;"), std::string::npos) << file;
+  EXPECT_EQ(comment_text("a*\\ b\n/**/"), "a*| b / * * /");
+}
+
 }  // namespace
 }  // namespace thermotwin::compensation
