@@ -156,7 +156,7 @@ public:
 
   compensation::StreamSummary to(std::ostream& out, bool unbuffered) {
     stream_.unbuffered = unbuffered;
-    const std::string in_name = options_.in == "-" ? "standard input" : options_.in;
+    const std::string in_name = options_.in == "-" ? options_.in_name : options_.in;
     try {
       return compensation::compensate_stream(twin_, machine_, in_, in_name, out, stream_,
                                              [this](const compensation::Offsets& offsets) { after_row(offsets); });
@@ -314,7 +314,12 @@ void run_rows(const CompensateOptions& options) {
                   limits.largest_um, limits.rate_um_s, limits.fastest_um_s()));
   const Stopwatch time;
   compensation::StreamSummary done;
-  if (to_stdout) {
+  std::error_code none;
+  if (!to_stdout && std::filesystem::is_character_file(options.out, none)) {
+    std::ofstream out(options.out, std::ios::binary);  // /dev/null: nothing to replace as a whole
+    if (!out) throw core::InputError(options.out.string(), "cannot be written", "a file or device with permission");
+    done = run.to(out, true);
+  } else if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
     done = run.to(std::cout, true);
   } else {

@@ -82,6 +82,7 @@ struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
   std::filesystem::path model;
   std::string in = "-";
+  std::string in_name = "standard input";  ///< of rows that come there, for messages
   bool no_sensors = false;
   double step_s = 60;
   double start_C = 20;                   ///< of the machine, without sensors

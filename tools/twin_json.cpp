@@ -30,6 +30,9 @@ TwinJson::TwinJson(const reduction::ReducedModel& model, const compensation::Onl
   for (const std::string& axis : twin.axes()) axes_.push_back(core::lower(axis));
   const auto scene = solver::read_scene(model_file.parent_path() / "scene.bin", model.machine, scene_stamp(model));
   if (scene && scene->turn.rows() == model.system.order()) turn_ = scene->turn;
+  if (std::isnan(twin.time())) return;
+  last_pose_ = twin.pose();  // of the state that it goes on from
+  last_time_ = twin.time();
 }
 
 std::string TwinJson::line(const compensation::Offsets& offsets, std::string_view status, bool state_unwritten) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "tests/cases/toy.h"
@@ -172,6 +173,24 @@ TEST(JsonLines, OnceASecondSensorsAndErrorsOfTheWorkspaceAreAdded) {
   EXPECT_GT(std::abs(double{offset["z"]}), 1.0);
   EXPECT_NE(errors, all[1]["errors_um"]);
   EXPECT_NE(all[44]["modes"], all[1]["modes"]);
+}
+
+// The axes may have moved while the program was started again.
+TEST(JsonLines, TheFirstRowAfterAStateKnowsTheMotionSinceThen) {
+  const Toy toy;
+  const std::string header = "time_s,spindle.speed_rpm,axis.X.position_mm,air.T_C\n";
+  const std::vector<std::string> words = {"compensate", toy_model(), "--json-lines", "--state", toy.file("own.state")};
+  ASSERT_EQ(thermotwin(words, header + "0,6000,0,20\n3600,6000,0,20\n").status, 0);
+  const std::vector<json> all = objects(thermotwin(words, header + "3610,6000,100,20\n").out);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_GT(all[0]["motion_um"], 0.0);
+}
+
+TEST(JsonLines, ADeviceIsAnOutputToo) {
+  const Result done = thermotwin({"compensate", toy_model(), "--out", "/dev/null"}, some_rows());
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_SAYS(done.out, "offsets in /dev/null");
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
 }
 
 }  // namespace

@@ -180,6 +180,31 @@ TEST_F(ServedPage, ASlowReaderHoldsUpNobody) {
   EXPECT_EQ(program_.wait().status, 0);
 }
 
+// Whoever opens many connections gets 503, and does not keep the others from the page.
+TEST_F(ServedPage, ManyConnectionsKeepNobodyFromThePage) {
+  moment_at(port_, 0);
+  {
+    std::array<Tcp, 64> followers;
+    for (const Tcp& reader : followers) {
+      ASSERT_TRUE(reader.connect(port_));
+      reader.send("GET /events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_SAYS(fetched(port_, "/now"), "Readers: 32");
+    EXPECT_SAYS(fetched(port_, "/events"), "503");
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4));
+  }
+  std::array<Tcp, 80> half;
+  for (const Tcp& reader : half) {
+    ASSERT_TRUE(reader.connect(port_));
+    reader.send("GET / HT");
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_SAYS(fetched(port_, "/now"), "200 OK");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(12));
+  EXPECT_EQ(program_.wait().status, 0);
+}
+
 TEST_F(ServedPage, AKilledPageComesBackWithTheLastDay) {
   moment_at(port_, 0);
   EXPECT_EQ(kill_all("page"), 1);

@@ -14,11 +14,8 @@
 #include <optional>
 #include <random>
 #include <sstream>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <thread>
-#include <unistd.h>
 
+#include "tests/cases/local_socket.h"
 #include "tests/cases/served.h"
 #include "tests/cases/toy.h"
 
@@ -28,8 +25,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-void wait_s(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
 TEST_F(Serve, GivesTheOffsetsOfCompensate) {
   const std::string rows = rows_to(7200);
@@ -393,39 +388,6 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
   EXPECT_GT(std::abs(all_served(again.out).at(0).offset[2]), 5.0) << "goes on from the new model's state";
 }
 
-class Socket {
-public:
-  explicit Socket(const std::string& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::snprintf(address.sun_path, sizeof address.sun_path, "%s", path.c_str());
-    descriptor_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    for (int i = 0; i < 500; ++i) {
-      if (::connect(descriptor_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) return;
-      wait_s(0.02);
-    }
-    ADD_FAILURE() << path << " is not served";
-  }
-  ~Socket() { ::close(descriptor_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-
-  /// @return whether somebody has taken it
-  bool send(const std::string& text) const {
-    return ::send(descriptor_, text.data(), text.size(), MSG_NOSIGNAL) == std::ssize(text);
-  }
-  /// Without its end; empty: the connection is closed.
-  std::string line() const {
-    std::string line;
-    char c = 0;
-    while (::recv(descriptor_, &c, 1, 0) == 1 && c != '\n') line += c;
-    return line;
-  }
-
-private:
-  int descriptor_ = -1;
-};
-
 TEST_F(Serve, ASocketHasOneClientAtATime) {
   const std::string path = file("twin.socket");
   Program program(arguments({"--socket", path}));
@@ -446,7 +408,9 @@ TEST_F(Serve, ASocketHasOneClientAtATime) {
   {
     const Socket wrong(path);
     wrong.send("time_s,spindel.speed_rpm\n0,0\n");
-    EXPECT_SAYS(wrong.line(), "unknown column 'spindel.speed_rpm'");
+    const std::string refusal = wrong.line();
+    EXPECT_SAYS(refusal, "unknown column 'spindel.speed_rpm'");
+    EXPECT_TRUE(refusal.starts_with("rows of " + path + ":1")) << refusal;
     EXPECT_EQ(wrong.line(), "");
   }
   {

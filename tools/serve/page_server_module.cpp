@@ -12,8 +12,10 @@
 namespace thermotwin::tools {
 namespace {
 
-constexpr int readers = 32;                             ///< at the same time, each a thread
-constexpr auto still_there = std::chrono::seconds(10);  ///< a line without content tells whether the reader is gone
+constexpr int connections = 64;                        ///< at the same time, each a thread
+constexpr int most_event_readers = 32;                 ///< of these: the others answer one request each
+constexpr int longest_request_s = 2;                   ///< for a request to come whole
+constexpr auto still_there = std::chrono::seconds(3);  ///< a line without content tells whether the reader is gone
 
 /// Pages of other sites must not read this one by a name of theirs that leads to 127.0.0.1.
 bool is_local(const httplib::Request& request) {
@@ -23,7 +25,13 @@ bool is_local(const httplib::Request& request) {
 
 void send_events(PageFeed& feed, httplib::Response& response) {
   response.set_header("Cache-Control", "no-store");
-  ++feed.readers;
+  if (++feed.readers > most_event_readers) {
+    --feed.readers;
+    response.status = 503;
+    response.set_content("503: " + std::to_string(most_event_readers) + " readers follow the events already\n",
+                         "text/plain");
+    return;
+  }
   response.set_chunked_content_provider(
       "text/event-stream",
       [&feed, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
@@ -48,8 +56,10 @@ void send_events(PageFeed& feed, httplib::Response& response) {
 extern "C" int thermotwin_start_page_server(int port, thermotwin::tools::PageFeed* feed) {
   using namespace thermotwin::tools;
   static httplib::Server server;
-  server.new_task_queue = [] { return new httplib::ThreadPool(readers); };
+  server.new_task_queue = [] { return new httplib::ThreadPool(connections); };
   server.set_write_timeout(5, 0);
+  server.set_read_timeout(longest_request_s, 0);
+  server.set_keep_alive_timeout(longest_request_s);
   // The library's own options would let two servers share a port.
   server.set_socket_options([](int descriptor) {
     const int yes = 1;

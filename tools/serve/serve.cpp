@@ -63,6 +63,7 @@ std::vector<std::string> model_command(const ServeOptions& options) {
   if (options.order > 0) add("--order", std::to_string(options.order));
   if (options.no_sensors) command.emplace_back("--no-sensors");
   if (options.probed_compensated) command.emplace_back("--probed-compensated");
+  if (!options.socket.empty()) add("--socket", options.socket.string());
   if (options.quiet) command.emplace_back("--quiet");
   return command;
 }
@@ -108,6 +109,7 @@ void serve(const ServeOptions& options) {
   }
   CompensateOptions rows = options;
   rows.json_lines = rows.announce = true;
+  if (!options.socket.empty()) rows.in_name = "rows of " + options.socket.string();
   compensate(rows);
 }
 

@@ -44,12 +44,13 @@ std::string Answers::header() const {
 }
 
 /// A guard that has these offsets in effect, also where the limit is a smaller one now.
-void Answers::start_guard(double time, const Eigen::VectorXd& applied_um) {
+void Answers::start_guard(double guard_s, const Eigen::VectorXd& applied_um) {
   compensation::GuardOptions limits = limits_;
   if (applied_um.size() > 0) limits.largest_um = std::max(limits.largest_um, applied_um.cwiseAbs().maxCoeff());
   guard_.emplace(std::ssize(axes_), limits);
-  guard_->step(time, applied_um);
-  applied_um_ = guard_->step(time, applied_um, limits.largest_um);
+  guard_->step(guard_s, applied_um);
+  applied_um_ = guard_->step(guard_s, applied_um, limits.largest_um);
+  guard_s_ = guard_s;
   has_new_limits_ = false;
 }
 
@@ -61,31 +62,51 @@ const nlohmann::json& Answers::of_model(const ServedRow& row, nlohmann::json lin
     model[i] = number(line["offset_um"][axes_[i]]);
   }
   const double motion_um = line.value("motion_um", 0.0);
-  const bool is_timed = std::isfinite(row.time) && row.time > time_;
-  if (!guard_ && is_timed) {
-    // The offsets that the model's own guard has kept over a restart of this process, or zero.
-    start_guard(row.time, model.allFinite() ? model : Eigen::VectorXd(Eigen::VectorXd::Zero(axes)));
+  if (!guard_ && std::isfinite(row.time) && row.time > time_) {
+    // The offsets that the machine was given last, else those that the model's own guard has kept, or zero.
+    start_guard(row.guard_s, start_um_           ? *start_um_
+                             : model.allFinite() ? model
+                                                 : Eigen::VectorXd(Eigen::VectorXd::Zero(axes)));
     time_ = row.time;
-    return give(row, std::move(line), Eigen::VectorXd(), 0.0);
+  } else if (guard_) {
+    step_guard(row, wanted, motion_um);
+  } else {
+    applied_um_ = Eigen::VectorXd::Zero(axes);
   }
-  if (!guard_) applied_um_ = Eigen::VectorXd::Zero(axes);
-  return give(row, std::move(line), wanted, motion_um);
+  if (guard_) widen(line, wanted, model);
+  return give(row, std::move(line));
 }
 
 const nlohmann::json& Answers::without_model(const ServedRow& row, const std::string& why) {
   nlohmann::json answer = {{"status", "failed " + why}};
   for (const std::string& axis : axes_) answer["std_um"][axis] = limits_.largest_um;
-  return give(row, std::move(answer), Eigen::VectorXd::Constant(std::ssize(axes_), core::missing), 0.0);
+  step_guard(row, Eigen::VectorXd::Constant(std::ssize(axes_), core::missing), 0.0);
+  return give(row, std::move(answer));
 }
 
-/// @param wanted_um  empty: the guard has been started by this row
-const nlohmann::json& Answers::give(const ServedRow& row, nlohmann::json answer, const Eigen::VectorXd& wanted_um,
-                                    double motion_um) {
-  if (guard_ && wanted_um.size() > 0 && std::isfinite(row.time) && row.time > time_) {
-    if (has_new_limits_ && wanted_um.allFinite()) start_guard(time_, applied_um_);
-    applied_um_ = guard_->step(row.time, wanted_um, motion_um);
-    time_ = row.time;
+/// Time of the guard may stand still where that of the rows does not.
+void Answers::step_guard(const ServedRow& row, const Eigen::VectorXd& wanted_um, double motion_um) {
+  if (!guard_ || !std::isfinite(row.time) || row.time <= time_) return;
+  if (has_new_limits_ && wanted_um.allFinite()) start_guard(guard_s_, applied_um_);
+  guard_s_ = std::max(guard_s_, row.guard_s);
+  applied_um_ = guard_->step(guard_s_, wanted_um, motion_um);
+  time_ = row.time;
+}
+
+/// The part that this guard holds back belongs to the deviation, in place of that of the model's own guard.
+void Answers::widen(nlohmann::json& answer, const Eigen::VectorXd& wanted_um, const Eigen::VectorXd& model_um) const {
+  constexpr double same_um = 0.01;
+  for (Eigen::Index i = 0; i < applied_um_.size(); ++i) {
+    nlohmann::json& std_um = answer["std_um"][axes_[i]];
+    const double back = wanted_um[i] - applied_um_[i], model_back = wanted_um[i] - model_um[i];
+    if (!std_um.is_number() || !std::isfinite(back) || std::abs(back - model_back) < same_um) continue;
+    const double whole = std_um, own = std::sqrt(std::max(0.0, whole * whole - model_back * model_back));
+    std_um = std::hypot(own, back);
+    if (std::abs(back) > own && answer["status"] == "ok") answer["status"] = "limited";
   }
+}
+
+const nlohmann::json& Answers::give(const ServedRow& row, nlohmann::json answer) {
   if (std::isfinite(row.stated_s)) stated_s_ = row.stated_s;
   // A row without a time repeats that of the row before, as the rows state it.
   if (std::isfinite(stated_s_))

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compensation/online/offset_guard.h"
@@ -23,6 +24,10 @@ public:
   /// Axes and limits. Another model's limits replace them at the next row; the offsets go on from those in effect.
   /// @return false: the axes are others than before
   bool begin(const nlohmann::json& announcement);
+  /// Offsets that the machine was given before the first row. @param offset_um  (axes)
+  void go_on_from(Eigen::VectorXd offset_um) { start_um_ = std::move(offset_um); }
+  const std::vector<std::string>& axes() const { return axes_; }
+  const Eigen::VectorXd& applied_um() const { return applied_um_; }
   /// Whether a row can be answered without the model: offsets in effect are known.
   bool has_any() const { return guard_.has_value(); }
   std::string header() const;
@@ -35,9 +40,10 @@ public:
   std::string text() const;
 
 private:
-  const nlohmann::json& give(const ServedRow& row, nlohmann::json answer, const Eigen::VectorXd& wanted_um,
-                             double motion_um);
-  void start_guard(double time, const Eigen::VectorXd& applied_um);
+  const nlohmann::json& give(const ServedRow& row, nlohmann::json answer);
+  void step_guard(const ServedRow& row, const Eigen::VectorXd& wanted_um, double motion_um);
+  void start_guard(double guard_s, const Eigen::VectorXd& applied_um);
+  void widen(nlohmann::json& answer, const Eigen::VectorXd& wanted_um, const Eigen::VectorXd& model_um) const;
 
   bool json_lines_;
   std::vector<std::string> axes_;
@@ -46,6 +52,8 @@ private:
   bool has_new_limits_ = false;
   double time_ = -std::numeric_limits<double>::infinity();
   double stated_s_ = std::numeric_limits<double>::quiet_NaN();  ///< time of the last row that has one, as it states it
+  double guard_s_ = 0;                                          ///< time of the guard
+  std::optional<Eigen::VectorXd> start_um_;
   Eigen::VectorXd applied_um_;
   nlohmann::json last_;
 };

@@ -2,9 +2,11 @@
 #pragma once
 // Where rows come from and answers go: standard input and output, or a client of the local socket.
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace thermotwin::tools {
 
@@ -31,6 +33,8 @@ public:
   void read();
   /// @return the next line with its end; empty: none
   std::string line();
+  /// What has come behind it.
+  std::string_view waiting() const { return std::string_view(text_).substr(std::min(at_, text_.size())); }
   /// A client of the socket that does not take its answers is not waited for. A reader of standard output is.
   void write(const std::string& text);
 

@@ -14,6 +14,7 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -24,6 +25,7 @@
 #include "tools/serve/front/answers.h"
 #include "tools/serve/front/boot_clock.h"
 #include "tools/serve/front/client.h"
+#include "tools/serve/front/last_offsets.h"
 #include "tools/serve/front/model_process.h"
 #include "tools/serve/front/page_link.h"
 #include "tools/serve/front/row_clock.h"
@@ -38,9 +40,10 @@ constexpr double patience_s = 0.5;       ///< a row without an answer for so lon
 constexpr double patience_gone_s = 0.1;  ///< ... or for so long while the model is being started ...
 constexpr double recorded_s = 10.0;      ///< ... or for so long where no machine waits for it
 constexpr double hang_s = 2.0;           ///< a model process that takes longer is ended
-constexpr double in_use_s = 5.0;         ///< a process of the front before may still save its state
-constexpr double same_warning_s = 60.0;  ///< over so long at most ...
-constexpr int most_warnings = 10;        ///< ... so many lines of a kind are written
+constexpr std::size_t enough_ahead = std::size_t{1} << 18U;  ///< bytes of rows that tell a record
+constexpr double in_use_s = 5.0;                             ///< a process of the front before may still save its state
+constexpr double same_warning_s = 60.0;                      ///< over so long at most ...
+constexpr int most_warnings = 10;                            ///< ... so many lines of a kind are written
 
 /// One `serve` a state. The lock ends with the process.
 class StateLock {
@@ -74,6 +77,12 @@ double age_s(const fs::path& file) {
   return std::max(0.0, std::chrono::duration<double>(fs::file_time_type::clock::now() - written).count());
 }
 
+RowClock::Source source_of(int descriptor) {
+  struct stat found {};
+  const bool is_file = ::fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode);
+  return is_file ? RowClock::Source::file : RowClock::Source::pipe;
+}
+
 class Front {
 public:
   explicit Front(const FrontOptions& options)
@@ -82,9 +91,11 @@ public:
         state_age_s_(age_s(options.state)),
         model_(std::make_unique<ModelProcess>(model_command(options, options.state))),
         takeover_(options),
-        answers_(options.json_lines) {
+        answers_(options.json_lines),
+        last_offsets_(options.state.string() + ".offsets") {
     if (!options.socket.empty()) listener_ = std::make_unique<Listener>(options.socket);
     if (!listener_) client_ = std::make_unique<Client>(STDIN_FILENO, STDOUT_FILENO, false);
+    clock_.begin(listener_ ? RowClock::Source::socket : source_of(STDIN_FILENO), boot_s());
     if (!options.page_command.empty()) page_ = std::make_unique<PageLink>(options.page_command);
     begun_at_ = boot_s();
   }
@@ -92,7 +103,7 @@ public:
   void run() {
     while (listener_ || !client_->ended() || model_->oldest() != nullptr) {
       wait();
-      core::check_interrupt();
+      check_end();
       now_ = boot_s();
       accept();
       take_rows();
@@ -106,11 +117,25 @@ public:
       if (page_) page_->tend(now_);
       if (listener_ && client_ && client_->ended() && model_->oldest() == nullptr) client_.reset();
     }
+    finish();
+  }
+
+private:
+  void finish() {
+    last_offsets_.finish();
     model_->end();
     if (is_other_state_) takeover_.move_state();
   }
 
-private:
+  void check_end() {
+    try {
+      core::check_interrupt();
+    } catch (const core::Error&) {
+      last_offsets_.finish();
+      throw;
+    }
+  }
+
   void wait() const {
     constexpr int most_ms = 20;
     std::array<pollfd, 4> all{};
@@ -165,21 +190,33 @@ private:
   void take_rows() {
     if (!client_ || !has_announced_) return;
     model_->drop_answered();
-    if (wants_rows() && !client_->input_ended() && has_input(client_->descriptor())) client_->read();
+    bool is_new = false;
+    while (wants_rows() && !client_->input_ended() && has_input(client_->descriptor())) {
+      client_->read();
+      is_new = true;
+      if (!clock_.is_open() || client_->waiting().size() > enough_ahead) break;
+    }
     while (wants_rows()) {
       std::string line = client_->line();
       if (line.empty()) return;
-      if (clock_.take_header(line))
+      if (clock_.take_header(line)) {
         take_header();
-      else if (!core::trimmed(line).empty())  // the model gives no answer to a blank line
+      } else if (!core::trimmed(line).empty()) {  // the model gives no answer to a blank line
+        if (std::exchange(is_new, false) && clock_.is_open())
+          clock_.look_ahead(line + std::string(client_->waiting()), client_->input_ended(), now_);
         take_row(std::move(line));
+      }
     }
   }
 
   void take_header() {
     if (!clock_.has_header()) return;
-    if (clock_.header() != header_) takeover_.forget_rows();
+    if (!header_.empty() && clock_.header() != header_) {
+      has_other_columns_ = true;
+      warn("columns", "the rows have other columns than before; the model is started again with them");
+    }
     header_ = clock_.header();
+    takeover_.set_header(header_);
     model_->set_header(header_);
   }
 
@@ -188,6 +225,7 @@ private:
     const RowClock::Reading reading = clock_.read(line, now_);
     row.time = reading.time;
     row.stated_s = reading.stated_s;
+    row.guard_s = reading.guard_s;
     row.text = std::move(line);
     row.since = now_;
     row.notes = std::exchange(notes_, "");
@@ -197,7 +235,12 @@ private:
       warn(is_back ? "back" : "ahead", fmt::format("the clock of the rows has gone {} to {} s; time goes on at {} s",
                                                    is_back ? "back" : "ahead", reading.stated_s, reading.time));
     }
-    takeover_.keep(row);
+    if (std::isfinite(row.time) && !std::exchange(had_row_, true)) {
+      if (auto um = last_offsets_.before(axes_, row.time, clock_.is_record())) answers_.go_on_from(std::move(*um));
+    }
+    takeover_.keep(row, is_cold_start_);
+    if (is_blind_ && takeover_.has_all_rows()) is_blind_ = false;
+    if (is_blind_) row.notes += row.notes.empty() ? "model=cold" : " model=cold";
     model_->add(std::move(row));
   }
 
@@ -212,7 +255,10 @@ private:
       return;
     }
     axes_ = (*said)["axes"].get<std::vector<std::string>>();
-    if (!has_announced_ && (*said)["state_s"].is_number()) clock_.go_on_from((*said)["state_s"], state_age_s_);
+    has_other_columns_ = false;
+    const bool has_state = (*said)["state_s"].is_number();
+    if (!has_announced_ && has_state) clock_.go_on_from((*said)["state_s"], state_age_s_);
+    if (!has_announced_) is_cold_start_ = !has_state;
     has_announced_ = true;
   }
 
@@ -227,6 +273,7 @@ private:
       if (!has_announced_) throw core::InputError(refusal.what);
       // The file was replaced, and a model process started, before the file could be taken over.
       put_state_aside(".before", refusal.what);
+      is_blind_ = !takeover_.has_all_rows();
       const auto& rows = takeover_.rows();
       for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
         ServedRow again = *row;
@@ -267,6 +314,7 @@ private:
   void tend_takeover() {
     if (!has_announced_) return;
     new_is_ready_ = takeover_.tend(header_, axes_, now_);
+    if (takeover_.takes_word_of_waiting()) note("model=waits");
     if (new_is_ready_ && model_->oldest() == nullptr) take_over();
   }
 
@@ -294,7 +342,10 @@ private:
       const double live_s = model_->is_up() ? patience_s : patience_gone_s;
       if (!late->lost && now_ - late->since < (clock_.is_in_real_time() ? live_s : recorded_s)) return;
       late->answered = true;
-      give(*late, answers_.without_model(*late, model_->is_up() && !late->lost ? "model=late" : "model=gone"));
+      const bool is_late = model_->is_up() && !late->lost;
+      give(*late, answers_.without_model(*late, is_late              ? "model=late"
+                                                : has_other_columns_ ? "model=columns"
+                                                                     : "model=gone"));
     }
   }
 
@@ -306,6 +357,8 @@ private:
       gave_header_ = true;
       client_->write(answers_.text());
     }
+    if (!clock_.is_record() && std::isfinite(row.time))
+      last_offsets_.keep(answers_.axes(), answers_.applied_um(), row.time, now_);
     if (!page_ || !std::isfinite(row.time)) return;
     nlohmann::json moment = answer;
     moment["model_is_up"] = model_->is_up();
@@ -319,6 +372,7 @@ private:
   std::unique_ptr<ModelProcess> model_;
   Takeover takeover_;
   Answers answers_;
+  LastOffsets last_offsets_;
   std::unique_ptr<Listener> listener_;
   std::unique_ptr<Client> client_;
   std::unique_ptr<PageLink> page_;
@@ -334,7 +388,10 @@ private:
   unsigned restarts_ = 0;        ///< of models before
   bool new_is_ready_ = false;    ///< it replaces the model once that has answered its rows
   bool is_other_state_ = false;  ///< the model was taken over and has not been started again
-  bool has_announced_ = false, gave_header_ = false;
+  bool has_announced_ = false, gave_header_ = false, had_row_ = false;
+  bool has_other_columns_ = false;  ///< the model is being started again for them
+  bool is_cold_start_ = false;      ///< there was no state to go on from
+  bool is_blind_ = false;           ///< the model began cold, without the rows that it had to know
 };
 
 }  // namespace

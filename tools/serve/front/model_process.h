@@ -16,14 +16,16 @@
 namespace thermotwin::tools {
 
 struct ServedRow {
-  double time = 0;        ///< s, on the scale of RowClock; NaN: none
-  double stated_s = 0;    ///< as its client states it
-  std::string text;       ///< with its end
-  std::string notes;      ///< for its status, "clock=back"
-  double since = 0;       ///< boot_s() at which it came
-  bool answered = false;  ///< by the guard alone: the model's answer comes too late
-  bool again = false;     ///< of the last day, for a model that has not seen it
-  bool lost = false;      ///< the process that had it has ended without an answer
+  double time = 0;           ///< s, on the scale of RowClock; NaN: none
+  double stated_s = 0;       ///< as its client states it
+  std::string text;          ///< with its end
+  std::string notes;         ///< for its status, "clock=back"
+  double since = 0;          ///< boot_s() at which it came
+  double guard_s = 0;        ///< its time for the guard, see RowClock
+  bool answered = false;     ///< by the guard alone: the model's answer comes too late
+  bool again = false;        ///< of the last day, for a model that has not seen it
+  bool after_pause = false;  ///< `serve` had ended before it, for longer than a state holds
+  bool lost = false;         ///< the process that had it has ended without an answer
 };
 
 class ModelProcess {
