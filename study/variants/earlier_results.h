@@ -15,7 +15,7 @@ namespace thermotwin::study {
 /// @throws InputError, with both paths, if it is of another plan that still exists
 void claim_folder(const std::filesystem::path& study, const std::filesystem::path& plan);
 
-/// Moves tables that the results do not have to before/<number>, and warns which. @throws InputError
+/// Moves tables that the results do not have to before/1 (2, 3 ...), and warns which. @throws InputError
 /// @return the tables, relative to the folder
 std::vector<std::string> set_aside(const std::filesystem::path& study, const VariantStudy& results);
 
