@@ -293,8 +293,12 @@ TEST(Problem, AMeshErrsLittleBeforeAnythingMoves) {
   const auto motor = std::find_if(obs.channels.begin(), obs.channels.end(),
                                   [](const auto& c) { return c.is_temperature() && c.value.maxCoeff() > 24; });
   ASSERT_NE(motor, obs.channels.end());
-  const VectorXd variance = problem.covariance[motor - obs.channels.begin()].variance();
-  EXPECT_LT(variance[0], 0.3 * variance.maxCoeff());
+  const diagnosis::ChannelCovariance& error = problem.covariance[motor - obs.channels.begin()];
+  const auto of_mesh = std::find_if(error.wander.begin(), error.wander.end(),
+                                    [](const auto& term) { return term.course.size() > 0 && term.std > 0.0; });
+  ASSERT_NE(of_mesh, error.wander.end());
+  EXPECT_LT(of_mesh->course[0], 0.5);
+  EXPECT_EQ(of_mesh->course.tail(1)[0], 1.0);
 }
 
 TEST(Problem, AMeshErrsInADirectionByAShareOfTheWholeMotion) {
