@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/placement/model_errors.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <new>
-#include <optional>
+#include <utility>
 
-#include "core/error.h"
-#include "core/muted_warnings.h"
 #include "core/progress.h"
-#include "reduction/basis/mesh_error.h"
+#include "reduction/basis/second_model.h"
 #include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/campaign.h"
 
@@ -53,46 +48,6 @@ Run run_of(const solver::LoadResult& result) {
   return run;
 }
 
-/// A full model on a mesh to compare with, and the factor from the difference to the error.
-struct Second {
-  solver::FullModel model;
-  double factor;
-};
-
-double elements_of(const mesh::MachineMesh& mesh) {
-  Index count = 0;
-  for (const mesh::TetMesh& body : mesh.bodies) count += body.elements();
-  return static_cast<double>(count);
-}
-
-std::optional<Second> second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
-                                   const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache) {
-  std::string reason = "element_size_mm has no influence on its bodies";
-  const double size = mesh::size_factor(machine_case.machine, machine_case.size);
-  const int order = machine_case.machine.order;
-  for (const reduction::SecondMesh& wanted : reduction::second_meshes(order)) {
-    try {
-      const core::MutedWarnings muted;  // they would be about a mesh that nobody asked for
-      mesh::Machine machine = machine_case.machine;
-      machine.order = wanted.order;
-      machine.sensors = sensors;
-      const mesh::MeshOptions options{wanted.factor * size, cache};
-      const double ratio = reduction::edge_ratio(elements_of(mesh), elements_of(build_machine_mesh(machine, options)));
-      const double factor = reduction::error_of_difference(order, wanted.order, ratio);
-      if (factor == 0.0) continue;
-      return Second{solver::build_full_model(machine, options), factor};
-    } catch (const core::Interrupted&) {
-      throw;
-    } catch (const core::Error& error) {
-      reason = error.what();
-    } catch (const std::bad_alloc&) {
-      reason = "out of memory";
-    }
-  }
-  core::warn("no second mesh, hence the choice of sensors neglects the mesh error: " + reason);
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
@@ -101,18 +56,25 @@ std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const me
                                       const MatrixXd& tcp, const std::vector<solver::LoadProgram>& loads,
                                       const std::vector<LoadResponses>& along, const std::filesystem::path& cache,
                                       std::string& second) {
-  const std::optional<Second> other = second_model(machine_case, mesh, sensors, cache);
-  second = other ? fmt::format("{} tetrahedra, {} nodes", other->model.mesh.machine.order == 2 ? "quadratic" : "linear",
-                               other->model.mesh.nodes())
-                 : "";
+  second.clear();
+  double factor = 0.0;
+  std::vector<Run> on_second;
+  const std::string reason =
+      reduction::with_second_model(machine_case, mesh, sensors, cache, [&](const reduction::SecondModel& other) {
+        for (const solver::LoadResult& result : solver::run_campaign(other.full, loads, {}))
+          on_second.push_back(run_of(result));
+        factor = other.factor;
+        second = other.words();
+      });
+  if (!reason.empty()) core::warn("no second mesh, hence the choice of sensors neglects the mesh error: " + reason);
   std::vector<ModelErrors> found;
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const Run nominal = run_of(model, loads[l], places, tcp);
     Run differs;
-    if (other) {
-      differs = run_of(solver::run_campaign(other->model, {loads[l]}, {}).front());
+    if (!second.empty()) {
+      differs = std::move(on_second[l]);
       const auto difference = [&](MatrixXd& of, const MatrixXd& from) {
-        of = other->factor * ((of.colwise() - VectorXd(of.col(0))) - (from.colwise() - VectorXd(from.col(0))));
+        of = factor * ((of.colwise() - VectorXd(of.col(0))) - (from.colwise() - VectorXd(from.col(0))));
       };
       difference(differs.sensors_K, nominal.sensors_K);
       difference(differs.tcp_um, nominal.tcp_um);
@@ -122,7 +84,7 @@ std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const me
     for (const double time : along[l].times) {
       const Index i = std::lower_bound(outputs.begin(), outputs.end(), time - 1e-6) - outputs.begin();
       of.changes_K.emplace_back(nominal.sensors_K.col(i) - nominal.sensors_K.col(0));
-      if (!other) continue;
+      if (second.empty()) continue;
       of.places_K.emplace_back(differs.sensors_K.col(i));
       of.tcp_um.emplace_back(differs.tcp_um.col(i));
     }
