@@ -133,6 +133,15 @@ void write_file(const fs::path& path, std::string_view text) {
   rename_to(temporary.path(), target);
 }
 
+std::string write_file_or_say(const fs::path& path, const std::string& text) {
+  try {
+    write_file(path, text);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
 void write_file_by(const fs::path& path, const std::function<void(const fs::path& temporary)>& writer) {
   const fs::path target = without_links(path);
   if (is_special(target)) {

@@ -18,6 +18,8 @@ std::string read_file(const std::filesystem::path& path);
 /// Writes the text to path by way of a temporary neighbour; makes missing folders.
 /// @throws InputError (disk full, no permission); an earlier file at path is then unchanged
 void write_file(const std::filesystem::path& path, std::string_view text);
+/// The same for a thread of its own. @return what went wrong; empty: nothing
+std::string write_file_or_say(const std::filesystem::path& path, const std::string& text);
 
 /// Does the same for libraries that write files themselves: writer receives the temporary path (same extension as
 /// path), which is renamed to path after writer returns.

@@ -18,20 +18,6 @@
 
 namespace thermotwin::compensation {
 
-namespace {
-
-/// @return what went wrong; empty: nothing
-std::string written(const std::filesystem::path& path, const std::string& saved) {
-  try {
-    core::write_file(path, saved);
-    return "";
-  } catch (const core::InputError& error) {
-    return error.what();
-  }
-}
-
-}  // namespace
-
 StateFile::StateFile(std::filesystem::path path, Writes writes) : path_(std::move(path)), writes_(writes) {
   if (const auto folder = path_.parent_path(); !folder.empty()) {
     std::error_code error;
@@ -88,9 +74,9 @@ void StateFile::after_row(double time, const std::function<std::string()>& saved
   written_at_ = time;
   written_then_ = std::chrono::steady_clock::now();
   if (waits)
-    take_in(written(path_, saved()));
+    take_in(core::write_file_or_say(path_, saved()));
   else
-    writing_ = std::async(std::launch::async, written, path_, saved());
+    writing_ = std::async(std::launch::async, core::write_file_or_say, path_, saved());
 }
 
 void StateFile::write(const std::string& saved) {

@@ -47,15 +47,6 @@ double age_of(const nlohmann::json& json) {
   return age < 0.0 ? never : age;
 }
 
-std::string written(const std::filesystem::path& file, const std::string& text) {
-  try {
-    core::write_file(file, text);
-    return "";
-  } catch (const core::InputError& error) {
-    return error.what();
-  }
-}
-
 }  // namespace
 
 LastOffsets::LastOffsets(std::filesystem::path file) : file_(std::move(file)), written_at_(-never) {
@@ -113,7 +104,8 @@ void LastOffsets::write() {
       {"time_s", kept_.time}, {"unix_s", unix_s()},
       {"boot", boot_name()},  {"boot_s", boot_s()}};
   const std::string line = json.dump();
-  writing_ = std::async(std::launch::async, written, file_, line + "\n" + core::content_hash(line) + "\n");
+  writing_ =
+      std::async(std::launch::async, core::write_file_or_say, file_, line + "\n" + core::content_hash(line) + "\n");
   written_um_ = kept_.offset_um;
   is_open_ = false;
 }
