@@ -15,4 +15,12 @@ namespace thermotwin::core {
 /// @return address of the function  @throws SolverError if the module or the function is not there; std::bad_alloc
 void* module_function(const char* module, const char* function, const std::string& place, const std::string& instead);
 
+/// Loads a module that every installation has. @param function  without arguments, returns the address of the table
+/// @return its table of functions  @throws as module_function
+template <class Table>
+const Table& module_table(const char* module, const char* function, const std::string& place) {
+  void* found = module_function(module, function, place, "install the program again");
+  return *reinterpret_cast<const Table* (*)()>(found)();
+}
+
 }  // namespace thermotwin::core

@@ -28,12 +28,9 @@ constexpr double largest_volume_error = 0.2;
 constexpr double sliver = 0.02;  ///< quality below which other attempts are made: that of the warning of poor elements
 
 const GmshModule& gmsh_module() {
-  static const GmshModule* module = [] {
-    void* found =
-        core::module_function("libthermotwin_gmsh.so", "thermotwin_gmsh", "mesher", "install the program again");
-    return reinterpret_cast<const GmshModule* (*)()>(found)();
-  }();
-  return *module;
+  static const GmshModule& module =
+      core::module_table<GmshModule>("libthermotwin_gmsh.so", "thermotwin_gmsh", "mesher");
+  return module;
 }
 
 /// Tetrahedra in a volume: an upper bound for blocks of three elements across and more. Gmsh's Delaunay meshes of

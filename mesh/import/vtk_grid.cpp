@@ -13,12 +13,8 @@ namespace thermotwin::mesh {
 namespace {
 
 const VtkModule& vtk_module() {
-  static const VtkModule* module = [] {
-    void* found =
-        core::module_function("libthermotwin_vtk.so", "thermotwin_vtk", "VTK files", "install the program again");
-    return reinterpret_cast<const VtkModule* (*)()>(found)();
-  }();
-  return *module;
+  static const VtkModule& module = core::module_table<VtkModule>("libthermotwin_vtk.so", "thermotwin_vtk", "VTK files");
+  return module;
 }
 
 }  // namespace

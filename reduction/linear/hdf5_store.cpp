@@ -23,12 +23,9 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
 
 const Hdf5Module& hdf5_module() {
-  static const Hdf5Module* module = [] {
-    void* found =
-        core::module_function("libthermotwin_hdf5.so", "thermotwin_hdf5", "model files", "install the program again");
-    return reinterpret_cast<const Hdf5Module* (*)()>(found)();
-  }();
-  return *module;
+  static const Hdf5Module& module =
+      core::module_table<Hdf5Module>("libthermotwin_hdf5.so", "thermotwin_hdf5", "model files");
+  return module;
 }
 
 /// What was checked is what HDF5 reads, which does not survive every damaged file.
