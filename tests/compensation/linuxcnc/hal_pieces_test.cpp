@@ -59,6 +59,15 @@ TEST(HalPieces, AreRefusedWhereTheyWouldNotFit) {
   refused("", "", "loadrt abs names=thermotwin-guard\n", "a component is named thermotwin-guard");
 }
 
+TEST(HalPieces, ANameBreaksNoLine) {
+  const test::Mill mill;
+  ControlData named = lumps().data();
+  named.name = "mill\nloadrt evil";
+  const HalConfig config = read_hal_config(mill.ini(), mill.library());
+  EXPECT_FALSE(has(hal_pieces(config, named, "/twin").hal, "\nloadrt evil"));
+  EXPECT_THROW(hal_pieces(config, lumps().data(), "/twin\nHALCMD = evil"), core::InputError);
+}
+
 /// The model process of an exported folder, killed and cut off, beside a twin that never stops.
 class ModelProcess : public ::testing::Test {
 protected:
