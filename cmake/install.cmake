@@ -30,8 +30,11 @@ function(thermotwin_install_files)
   install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   # Pages that the documents link to.
   foreach(folder core mesh solver reduction compensation diagnosis metrology nc study tools tests tests/cases
-      tests/hidden_effects tests/verification cases cases/ac5 cases/budgets cases/mill cases/turnmill cases/vmc5)
+      tests/hidden_effects tests/verification cases cases/ac5 cases/budgets cases/finishing cases/mill cases/turnmill
+      cases/vmc5)
     install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
   endforeach()
+  install(CODE "set(thermotwin_documents \"${CMAKE_INSTALL_DOCDIR}\")" COMPONENT program)
+  install(SCRIPT cmake/plain_links.cmake COMPONENT program)
   install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 endfunction()

@@ -20,14 +20,21 @@
 namespace thermotwin::core {
 namespace {
 
-/// Text of a file for a message: short, and without bytes that upset a terminal.
-std::string shown_cell(std::string_view text) {
-  std::string result = "'";
-  for (const char c : text.substr(0, 40)) {
+/// Text of a file for a message, without bytes that upset a terminal; none above ASCII where some are no UTF-8.
+std::string shown_text(std::string_view text) {
+  const bool broken = find_invalid_utf8(text).has_value();
+  std::string result;
+  for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    result += byte < 0x20 || byte == 0x7F ? '?' : c;
+    result += byte < 0x20 || byte == 0x7F || (broken && byte > 0x7F) ? '?' : c;
   }
-  return result + (text.size() > 40 ? "...'" : "'");
+  return result;
+}
+
+/// The same, short and in quotes.
+std::string shown_cell(std::string_view text) {
+  constexpr std::size_t most = 40;
+  return "'" + shown_text(text).substr(0, most) + (text.size() > most ? "...'" : "'");
 }
 
 /// Takes the text up to the next mark out of rest. @return nothing once rest has ended
@@ -103,7 +110,8 @@ void parse_row(std::string_view line, std::size_t line_number, const Table& tabl
     const std::string_view text = trimmed(*cell);
     const std::optional<double> value = parse_cell(text);
     if (!value) {
-      throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]), shown_cell(text),
+      throw InputError(fmt::format("{}:{} {}", table.source, line_number, shown_text(table.columns[column])),
+                       shown_cell(text),
                        fmt::format("a finite number, blank or nan (missing){}",
                                    text.find_first_of(";\"") == std::string_view::npos
                                        ? ""

@@ -265,10 +265,13 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     best.refined = true;
     judge(problem, best, d);
   }
-  std::vector<std::string> doubts{uncertain_size(d), worsened(d)};
+  const std::string worse = worsened(d);
+  std::vector<std::string> doubts{uncertain_size(d), worse};
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
   for (const std::string& doubt : doubts)
     if (d.verdict == Verdict::explained && !doubt.empty()) leave_open(doubt, d);
+  d.foretold_beside_others = !worse.empty() && d.strained == worse && look.strain.heldout_chi_square > 0.0 &&
+                             look.strain.heldout_chi_square < not_foretold;
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   d.actions = actions_of(d, model);

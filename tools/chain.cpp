@@ -23,10 +23,7 @@
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_fields.h"
 #include "solver/campaign/load_result.h"
-#include "solver/export/machine_scene.h"
-#include "tools/campaign_page.h"
 #include "tools/error_tables.h"
-#include "tools/page.h"
 #include "tools/second_mesh.h"
 
 namespace thermotwin::tools {
@@ -202,50 +199,6 @@ std::string error_table(const ReducedCase& made) {
   if (!made.off_grid.empty()) text += "\n\n" + core::format_table(off_grid_rows(made));
   if (made.model.mesh_error) text += "\n\n" + core::format_table(mesh_error_rows(*made.model.mesh_error));
   return text;
-}
-
-void campaign(const CampaignOptions& options) {
-  if (options.reduced) return reduced_campaign(options);
-  const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
-  std::vector<std::string> names = options.loads;
-  if (names.empty()) {
-    names = machine_case.train;
-    names.insert(names.end(), machine_case.holdout.begin(), machine_case.holdout.end());
-  }
-  const auto programs = load_programs(machine_case, names);
-  const solver::FullModel full = build(machine_case, options.out, options.solver);
-  solver::CampaignOptions campaign_options;
-  campaign_options.out = campaign_options.checkpoints = options.out / "campaign";
-  campaign_options.resume = options.resume;
-  campaign_options.checkpoint_s = options.checkpoint_every_s;
-  campaign_options.field_modes = solver::scene_modes;
-  const auto results = solver::run_campaign(full, programs, campaign_options);
-  std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
-  nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}, {"peak_GiB", peak_memory_GiB()}};
-  const std::size_t poses = mesh::workspace_poses(machine_case.machine).size();
-  for (const solver::LoadResult& result : results) {
-    const double peak = reduction::compare(result, result).peak_um;
-    table.push_back(
-        {result.load, std::to_string(result.sensors.rows()), std::to_string(poses), fmt::format("{:.2f}", peak)});
-    json["loads"].push_back(
-        {{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
-  }
-  write_page(campaign_options.out / "report.html", [&] {
-    std::vector<const solver::LoadFields*> of_loads;
-    for (const solver::LoadResult& result : results) of_loads.push_back(&result.fields);
-    const solver::CommonFields fields = solver::in_common(of_loads, full.thermal.size, solver::scene_modes);
-    solver::MachineScene scene = solver::make_scene(full, fields.modes);
-    for (std::size_t l = 0; l < results.size(); ++l) {
-      scene.loads.push_back(
-          solver::scene_load(results[l].load, results[l].tcp, std::ssize(scene.poses), fields.coefficients[l]));
-    }
-    return campaign_page({options, fmt::format("{} nodes", full.mesh.nodes()), programs, scene, table, &full});
-  });
-  print_summary(options,
-                fmt::format("{}\n{} nodes, {:.0f} s; tables and report.html in {}\n", core::format_table(table),
-                            full.mesh.nodes(), time.seconds(), campaign_options.out.string()),
-                json.dump());
 }
 
 }  // namespace thermotwin::tools

@@ -2,6 +2,8 @@
 // The verb that holds the compensator against machines measured virtually: unseen programs, return from a
 // power-off, failed sensors; on full models, on a reduced model of larger order, or on both side by side.
 
+#include "tools/validate.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -101,23 +103,19 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
                const reduction::ReducedModel& model,
                const std::function<Study(const compensation::ValidationOptions&)>& run) {
   const Stopwatch time;
-  const auto keep = [&](const char* name) { return options.out / "measured" / name; };
   std::optional<reduction::ReducedModel> reference;
-  if (!options.reference.empty()) {
-    reference = reduction::read_model(options.reference);
-    settings.machine.what = compensation::Perturb::thermal;  // all that its coefficients can be
-  }
+  if (!options.reference.empty()) reference = reduction::read_model(options.reference);
   settings.traced_draws = 1;
   std::optional<Study> on_full, on_reduced;
-  if (!reference || options.full_draws > 0) {
+  if (full_draws(options) > 0) {
     compensation::ValidationOptions full = settings;
-    full.keep = keep(reference ? "thermal" : options.perturb.c_str());
-    if (reference) full.draws = options.full_draws;
+    full.keep = options.out / measured_folder(options);
+    full.draws = full_draws(options);
     on_full = run(full);
   }
   if (reference) {
     settings.reference = &*reference;
-    settings.keep = keep("reduced");
+    settings.keep = options.out / "measured" / "reduced";
     on_reduced = run(settings);
   }
 
@@ -164,13 +162,21 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
 
 }  // namespace
 
-void validate(const ValidateOptions& options) {
-  if (options.full_draws > options.draws) {
-    throw core::UsageError(
-        fmt::format("--full-draws {}: more than the {} machines of --draws", options.full_draws, options.draws));
-  }
-  const solver::Case machine_case = open_case(options.case_path, "", 0);
-  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
+void require_draws(const ValidateOptions& options) {
+  if (options.full_draws <= options.draws) return;
+  throw core::UsageError(
+      fmt::format("--full-draws {}: more than the {} machines of --draws", options.full_draws, options.draws));
+}
+
+int full_draws(const ValidateOptions& options) {
+  return options.reference.empty() ? options.draws : options.full_draws;
+}
+
+std::filesystem::path measured_folder(const ValidateOptions& options) {
+  return std::filesystem::path("measured") / (options.reference.empty() ? options.perturb : "thermal");
+}
+
+compensation::ValidationOptions validation_settings(const ValidateOptions& options, const solver::Case& machine_case) {
   compensation::ValidationOptions settings;
   settings.loads = options.loads.empty() ? machine_case.holdout : options.loads;
   settings.draws = options.draws;
@@ -178,7 +184,25 @@ void validate(const ValidateOptions& options) {
   settings.machine.size_factor = options.size_factor;
   settings.machine.mesh_cache = options.out / "cache";
   settings.machine.coolant_rise = options.coolant_rise;
-  settings.machine.what = options.perturb == "thermal" ? compensation::Perturb::thermal : compensation::Perturb::all;
+  // With a reduced truth all that its coefficients can be.
+  const bool thermal = options.perturb == "thermal" || !options.reference.empty();
+  settings.machine.what = thermal ? compensation::Perturb::thermal : compensation::Perturb::all;
+  return settings;
+}
+
+std::vector<compensation::MeasuredLoad> measured_loads(const ValidateOptions& options, const solver::Case& machine_case,
+                                                       const compensation::ValidationOptions& settings,
+                                                       std::uint64_t seed) {
+  if (options.power_off) return {compensation::power_off_load(machine_case.machine, seed)};
+  if (options.failed_sensors) return compensation::failed_sensor_loads(machine_case, settings);
+  return compensation::validation_loads(machine_case, settings);
+}
+
+void validate(const ValidateOptions& options) {
+  require_draws(options);
+  const solver::Case machine_case = open_case(options.case_path, "", 0);
+  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
+  const compensation::ValidationOptions settings = validation_settings(options, machine_case);
   using compensation::ValidationOptions;
   if (options.power_off) {
     on_truths<compensation::PowerOffStudy>(options, settings, model, [&](const ValidationOptions& how) {

@@ -13,8 +13,6 @@
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/validation.h"
-#include "core/error.h"
-#include "core/file.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -87,13 +85,23 @@ struct Judged {
 
 }  // namespace
 
+std::vector<MeasuredLoad> failed_sensor_loads(const solver::Case& machine_case, const ValidationOptions& options) {
+  std::vector<MeasuredLoad> loads = validation_loads(machine_case, options);
+  for (MeasuredLoad& load : loads) {
+    std::vector<double> times;
+    for (double t = 0.0; t < load.program.duration() - 1e-6; t += row_s) times.push_back(t);
+    times.push_back(load.program.duration());
+    load.program.choose_outputs(times, load.program.name());
+    load.text += fmt::format("# rows every {} s", row_s);
+  }
+  return loads;
+}
+
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty()) {
-    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose at which the compensation is judged");
-  }
+  require_check_points(machine_case);
+  const std::vector<MeasuredLoad> loads = failed_sensor_loads(machine_case, options);
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
@@ -102,14 +110,9 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   how.guarded = true;
   for (int draw = 0; draw < options.draws; ++draw) {
     const std::uint64_t seed = options.first_seed + draw;
-    for (const std::string& name : options.loads) {
-      solver::LoadProgram load = machine_case.load(name);
-      std::vector<double> times;
-      for (double t = 0.0; t < load.duration() - 1e-6; t += row_s) times.push_back(t);
-      times.push_back(load.duration());
-      load.choose_outputs(times, name);
-      const std::string text = core::read_file(machine_case.folder / "loads" / (name + ".toml"));
-      const Measurement whole = machines.measure(seed, load, text + fmt::format("# rows every {} s", row_s));
+    for (const MeasuredLoad& load : loads) {
+      const std::string& name = load.program.name();
+      const Measurement whole = machines.measure(seed, load);
       const Judged judged(whole, machine);
       std::vector<std::string> named;
       const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);

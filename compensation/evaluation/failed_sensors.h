@@ -34,6 +34,9 @@ struct FailedSensorStudy {
   FailedSensorStudy first(int draws) const;
 };
 
+/// The load programs of the case with the rows of a control. @throws InputError if one is unknown
+std::vector<MeasuredLoad> failed_sensor_loads(const solver::Case& machine_case, const ValidationOptions& options);
+
 /// Each sensor fails in each way once for each program and machine. Rows have an interval of one minute.
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options);

@@ -15,6 +15,18 @@ namespace thermotwin::compensation {
 
 namespace fs = std::filesystem;
 
+std::string words_of_measured(const solver::Case& machine_case, const VirtualOptions& options) {
+  const solver::TimeOptions& time = options.time;
+  std::string words = fmt::format("{} {} {} {} {}", options.size_factor, options.sensor_noise_K, options.probe_noise_um,
+                                  options.seed, farthest_std);
+  words +=
+      fmt::format(" {} {} {} {} {} {}", options.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
+                  time.tolerance_K, time.shortest_step, time.longest_step, options.refine);
+  if (options.coolant_rise) words += " coolant_rise";
+  for (const mesh::Pose& pose : machine_case.check_points) words += " " + mesh::format_pose(machine_case.machine, pose);
+  return words;
+}
+
 MeasuredMachines::MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, fs::path keep,
                                    const reduction::ReducedModel* reference)
     : case_(machine_case),
@@ -28,25 +40,21 @@ std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_
     mesh_hash_ = solver::hash_of_mesh(mesh);
     nodes_ = mesh.nodes();
   }
-  const solver::TimeOptions& time = options_.time;
-  std::string inputs = fmt::format("{} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor,
-                                   options_.sensor_noise_K, options_.probe_noise_um, seed, farthest_std);
-  inputs +=
-      fmt::format(" {} {} {} {} {} {}", options_.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
-                  time.tolerance_K, time.shortest_step, time.longest_step, options_.refine);
-  if (options_.coolant_rise) inputs += " coolant_rise";
-  for (const mesh::Pose& pose : case_.check_points) inputs += " " + mesh::format_pose(case_.machine, pose);
-  return core::content_hash(inputs + load_text) + "\n";
+  VirtualOptions options = options_;
+  options.seed = seed;
+  return core::content_hash(case_.machine.hash + " " + mesh_hash_ + " " + words_of_measured(case_, options) +
+                            load_text) +
+         "\n";
 }
 
-Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProgram& load,
-                                      const std::string& load_text) {
+Measurement MeasuredMachines::measure(std::uint64_t seed, const MeasuredLoad& measured_load) {
+  const solver::LoadProgram& load = measured_load.program;
   VirtualOptions options = options_;
   options.seed = seed;
   const mesh::Machine machine = perturbed(case_.machine, seed, 1.0, options.what);
   const fs::path folder = keep_ / load.name() / fmt::format("machine_{}", seed), vouch = folder / "made_from.txt";
   const bool kept = !keep_.empty() && reference_ == nullptr;
-  const std::string made_from = kept ? stamp(seed, load_text) : "by a reduced model\n";
+  const std::string made_from = kept ? stamp(seed, measured_load.text) : "by a reduced model\n";
   if (kept && fs::exists(vouch) && core::read_file(vouch) == made_from) return read_measurement(folder);
   Measurement measured;
   if (reference_ != nullptr) {

@@ -16,6 +16,15 @@
 
 namespace thermotwin::compensation {
 
+/// A load program of measured machines, and the text that a kept run is known by.
+struct MeasuredLoad {
+  solver::LoadProgram program;
+  std::string text;
+};
+
+/// Everything that the measurements of a machine depend on, but for mesh and load program.
+std::string words_of_measured(const solver::Case& machine_case, const VirtualOptions& options);
+
 class MeasuredMachines {
 public:
   /// @param reference  truth instead of the full model; nullptr: the full model. Must outlive this
@@ -23,8 +32,8 @@ public:
   MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, std::filesystem::path keep,
                    const reduction::ReducedModel* reference);
 
-  /// @param load_text  content of the program's file; a kept run of another content is repeated
-  Measurement measure(std::uint64_t seed, const solver::LoadProgram& load, const std::string& load_text);
+  /// A kept run of another text is repeated.
+  Measurement measure(std::uint64_t seed, const MeasuredLoad& load);
   /// Nodes of the measured machine; 0 if no full model was built.
   Eigen::Index nodes() const { return nodes_; }
 

@@ -12,7 +12,6 @@
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/validation.h"
-#include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -83,6 +82,12 @@ std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed) {
   return text + phase(machine, dice, back_h, "back");
 }
 
+MeasuredLoad power_off_load(const mesh::Machine& machine, std::uint64_t seed) {
+  std::string text = random_power_off(machine, seed);
+  solver::LoadProgram program = solver::LoadProgram::parse(text, fmt::format("power_off_{}.toml", seed), machine);
+  return {std::move(program), std::move(text)};
+}
+
 std::vector<double> PowerOffStudy::left_percent(int moment) const {
   std::vector<double> values;
   for (const PowerOffRow& row : rows) values.push_back(100.0 * row.left_um[moment] / row.before_um[moment]);
@@ -132,18 +137,14 @@ std::string PowerOffStudy::brief() const { return core::format_table(table()); }
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
                               const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty()) {
-    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose at which the compensation is judged");
-  }
+  require_check_points(machine_case);
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   PowerOffStudy study;
   for (int draw = 0; draw < options.draws; ++draw) {
     const std::uint64_t seed = options.first_seed + draw;
-    const std::string text = random_power_off(machine_case.machine, seed);
-    const solver::LoadProgram load =
-        solver::LoadProgram::parse(text, fmt::format("power_off_{}.toml", seed), machine_case.machine);
-    const Measurement measurement = machines.measure(seed, load, text);
+    const MeasuredLoad measured_load = power_off_load(machine_case.machine, seed);
+    const solver::LoadProgram& load = measured_load.program;
+    const Measurement measurement = machines.measure(seed, measured_load);
     std::vector<mesh::Pose> poses;
     const std::vector<Eigen::Matrix3Xd> measured =
         detail::measured_translations(measurement, machine_case.machine, poses);

@@ -15,6 +15,9 @@ namespace thermotwin::compensation {
 /// load program: every axis and the spindle may move, the hall is 2 K cooler to 12 K warmer than the reference.
 std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed);
 
+/// The same, ready to run.
+MeasuredLoad power_off_load(const mesh::Machine& machine, std::uint64_t seed);
+
 /// RMS of the TCP error over the check points at three times after the return: 5 min, 30 min, 2 h.
 struct PowerOffRow {
   int draw = 0;

@@ -118,23 +118,32 @@ void ValidationOptions::validate() const {
   machine.validate();
 }
 
+void require_check_points(const solver::Case& machine_case) {
+  if (!machine_case.check_points.empty()) return;
+  throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
+                         "at least one pose off the grid at which the compensation is judged");
+}
+
+std::vector<MeasuredLoad> validation_loads(const solver::Case& machine_case, const ValidationOptions& options) {
+  std::vector<MeasuredLoad> loads;
+  for (const std::string& name : options.loads)
+    loads.push_back({machine_case.load(name), core::read_file(machine_case.folder / "loads" / (name + ".toml"))});
+  return loads;
+}
+
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
                            const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty()) {
-    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose off the grid at which the compensation is judged");
-  }
-  std::vector<solver::LoadProgram> loads;
-  for (const std::string& name : options.loads) loads.push_back(machine_case.load(name));
+  require_check_points(machine_case);
+  const std::vector<MeasuredLoad> loads = validation_loads(machine_case, options);
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   Validation validation;
   for (int draw = 0; draw < options.draws; ++draw) {
-    for (const solver::LoadProgram& load : loads) {
-      const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
-      const Measurement measurement = machines.measure(options.first_seed + draw, load, text);
+    for (const MeasuredLoad& load : loads) {
+      const Measurement measurement = machines.measure(options.first_seed + draw, load);
       std::vector<ValidationTrace>* traces = draw < options.traced_draws ? &validation.traces : nullptr;
-      for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw, traces))
+      for (ValidationRow& row :
+           judge_compensation(measurement, machine_case.machine, model, load.program.name(), draw, traces))
         validation.rows.push_back(std::move(row));
     }
   }

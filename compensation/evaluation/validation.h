@@ -72,6 +72,12 @@ struct Validation {
 
 using core::quantile;
 
+/// @throws InputError if the case has no poses at which the compensation is judged
+void require_check_points(const solver::Case& machine_case);
+
+/// The load programs of the case as each machine runs them. @throws InputError if one is unknown
+std::vector<MeasuredLoad> validation_loads(const solver::Case& machine_case, const ValidationOptions& options);
+
 /// @throws InputError if the case has no check points or a load is unknown
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
                            const ValidationOptions& options);

@@ -156,6 +156,9 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
   campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
   campaign.refine = options.refine;
   campaign.time = options.time;
+  campaign.checkpoints = options.checkpoints;
+  campaign.checkpoint_s = options.checkpoint_s;
+  campaign.resume = !options.checkpoints.empty();
   return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses,
                      options);
 }

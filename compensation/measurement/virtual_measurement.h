@@ -43,7 +43,9 @@ struct VirtualOptions {
   std::uint64_t seed = 1;
   Perturb what = Perturb::all;
   std::filesystem::path mesh_cache;
-  void validate() const;  ///< @throws InputError
+  std::filesystem::path checkpoints{};  ///< folder, for a stopped run of the full model to go on; empty: none
+  double checkpoint_s = 60;             ///< wall clock seconds between two
+  void validate() const;                ///< @throws InputError
 };
 
 /// Runs the load on the given full model of the perturbed machine and makes a measurement of

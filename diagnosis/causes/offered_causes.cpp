@@ -31,7 +31,8 @@ constexpr double least_material_std = 0.01, least_stiffness_std = 0.15;
 constexpr double of_each_body = 0.5;      ///< of a shared material's stated spread: bodies come from several melts
 constexpr double least_offset_std = 0.1;  ///< K, air beside the structure against the channel
 constexpr double exponent_std = 0.03;     ///< of laws of speeds
-constexpr double load_std_W_m2 = 1.0;     ///< lamps and warm neighbours that nobody draws
+constexpr double least_standstill_std_W = 0.5;
+constexpr double load_std_W_m2 = 1.0;  ///< lamps and warm neighbours that nobody draws
 constexpr double gradient_std_K_m = 0.1;
 constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0, step_share = 0.2;
 constexpr double clock_share_of_row = 1.0 / 3.0;
@@ -59,8 +60,13 @@ bool is_speed(const std::string& input) { return compensation::channel_named(inp
 
 /// Without laws its power is known only where it is measured, and its drive is no axis: the cut.
 bool is_process(const Machine& machine, const mesh::SourceSpec& source) {
-  return source.laws.empty() && source.losses.empty() && source.drive != "spindle" &&
+  return !source.drive.empty() && source.laws.empty() && source.losses.empty() && source.drive != "spindle" &&
          machine.axis_index(source.drive) < 0;
+}
+
+/// A cabinet, lamps: `standstill_W` alone, which no scale multiplies.
+bool only_stands(const mesh::SourceSpec& source) {
+  return source.drive.empty() && source.laws.empty() && source.losses.empty();
 }
 
 double largest_power(const mesh::SourceSpec& source) {
@@ -83,6 +89,14 @@ void add_sources(const Machine& machine, const Measurement& measurement, std::ve
       found.push_back(ratio(Kind::process_heat, source.id, source.scale, least_source_std, 1.0));
       continue;
     }
+    if (only_stands(source)) {
+      const double stated = std::abs(source.standstill),
+                   share = std::max(source.scale.std_percent / 100.0, least_source_std);
+      found.push_back(candidate(Kind::standstill_power, source.id, std::max(least_standstill_std_W, share * stated),
+                                std::max(40.0, 0.6 * stated)));
+      found.back().low = -std::max(0.0, source.standstill);
+      continue;
+    }
     found.push_back(ratio(Kind::source_power, source.id, source.scale, least_source_std, 0.6));
     const bool by_law = source.drive.empty() || !measures(measurement, source.drive + ".power_W");
     const bool by_speed = !source.losses.empty() || std::any_of(source.laws.begin(), source.laws.end(),
@@ -93,8 +107,8 @@ void add_sources(const Machine& machine, const Measurement& measurement, std::ve
         std::all_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return law.input == "machine.on"; }))
       continue;
     const double scale = largest_power(source);
-    found.push_back(
-        candidate(Kind::standstill_power, source.id, std::max(0.5, 0.01 * scale), std::max(40.0, 0.4 * scale)));
+    found.push_back(candidate(Kind::standstill_power, source.id, std::max(least_standstill_std_W, 0.01 * scale),
+                              std::max(40.0, 0.4 * scale)));
     found.back().low = -std::max(0.0, standing_power(source));
   }
 }

@@ -81,6 +81,20 @@ std::string warmer(double kelvin) {
   return fmt::format("{:.2g} K {}", std::abs(kelvin), kelvin > 0 ? "warmer" : "colder");
 }
 
+/// One channel alone may have a clock of its own, a device of many has one.
+std::string clock_action(const RankedCause& cause) {
+  const std::string& where = cause.parameter.where;
+  const std::string recorded =
+      fmt::format("recorded {:.3g} s too {}", std::abs(cause.value), cause.value > 0 ? "late" : "early");
+  const std::string last = where.substr(where.find_last_of('/') + 1);
+  if (last == "temperature" || last == "displacement")
+    return fmt::format("Synchronise the clocks: {} is {}.", where, recorded);
+  return fmt::format(
+      "Ask first whether {0} comes from another logger: it is {1}. If so, synchronise the clocks. If not, check its "
+      "place and mounting: it reacts {2} than the model says.",
+      where, recorded, cause.value > 0 ? "later" : "earlier");
+}
+
 std::string reading_action(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   switch (p.kind) {
@@ -96,9 +110,7 @@ std::string reading_action(const RankedCause& cause) {
                          p.where, 100.0 * cause.value);
     case Kind::probe_drift:
       return fmt::format("Check fixture and probe of {}: it drifts by {:+.2g} {}.", p.where, cause.value, p.unit);
-    default:
-      return fmt::format("Synchronise the clocks: {} is recorded {:.3g} s too {}.", p.where, std::abs(cause.value),
-                         cause.value > 0 ? "late" : "early");
+    default: return clock_action(cause);
   }
 }
 

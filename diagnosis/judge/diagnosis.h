@@ -100,6 +100,9 @@ struct Diagnosis {
           ///< the record itself does
   std::string open_because;  ///< of a cause and the machine as stated: why neither is named; empty: other reasons
   std::string strained;      ///< why the named causes alone are implausible; empty: they are not
+  /// The named causes foretell held-out data as well as expected beside fitted values of what else is uncertain: those
+  /// values, each within its uncertainty, had hidden a part of the causes, and correcting the causes alone worsens.
+  bool foretold_beside_others = false;
   NextMeasurement next;
   std::string measurement;               ///< name of its folder
   std::vector<DiagnosedRecord> records;  ///< several ones; empty: there is one

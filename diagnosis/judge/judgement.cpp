@@ -26,7 +26,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double bootstrap_block_s = 2.0 * core::units::hour;
-constexpr double not_foretold = 1.5;   ///< chi-square of a mean that was held out
 constexpr double surely_worse = -0.5;  ///< percent: upper end of a gain's interval
 constexpr double much_worse = 1.5;     ///< RMS after over before: a wrong cause, not one that wanders
 

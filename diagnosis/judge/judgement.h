@@ -19,6 +19,8 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 ///   factor of 1.5 with 95 % confidence and do not predict these data (heldout_chi_square); else an empty text
 std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 
+inline constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
+
 /// @return why held-out data speak against the correction: it surely worsens the displacements, or takes a channel
 ///   further off than expected; empty if they do not
 std::string worsened(const Diagnosis& diagnosis);

@@ -14,6 +14,7 @@
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
@@ -29,10 +30,11 @@ namespace {
 
 constexpr double tells_apart = 1.0;  ///< RMS difference over time in units of a channel's uncertainty
 constexpr std::size_t most_causes = 4;
-constexpr double coarser = 3.0;          ///< steps of planned programs: differences between causes need no more
-constexpr double same_load = 0.05;       ///< of its length, and of an input's range in the mean: the same load again
-constexpr double seen_already = 3.0;     ///< times its uncertainty that a channel of the record tells two apart
-constexpr double own_load_counts = 1.5;  ///< another program has to be so much better than the same one again
+constexpr double least_probability = 0.01;  ///< of a rival that is compared
+constexpr double coarser = 3.0;             ///< steps of planned programs: differences between causes need no more
+constexpr double same_load = 0.05;          ///< of its length, and of an input's range in the mean: the same load again
+constexpr double seen_already = 3.0;        ///< times its uncertainty that a channel of the record tells two apart
+constexpr double own_load_counts = 1.5;     ///< another program has to be so much better than the same one again
 
 /// What a reading is uncertain by at least.
 constexpr double least_K = 0.05, least_um = 0.5;
@@ -70,9 +72,10 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
   return places;
 }
 
-/// A program as if it had been measured, without a channel.
-/// @param channels  of the machine; it may know the time of day
-Observations planned(const solver::LoadProgram& program, Index channels) {
+/// A program as if it had been measured, without a channel. A gradient that it leaves as stated is the machine's.
+/// @param machine  it may know the time of day
+Observations planned(const solver::LoadProgram& program, const mesh::Machine& machine) {
+  const solver::Channels channels(machine);
   Observations plan;
   const std::vector<double> ends = program.step_ends(coarser);
   plan.points.resize(std::ssize(ends) + 1);
@@ -81,44 +84,50 @@ Observations planned(const solver::LoadProgram& program, Index channels) {
     const Index at = i;
     plan.points[at + 1] = ends[i];
     const Eigen::VectorXd row = program.row(plan.points[at], ends[i]);
-    if (i == 0) plan.rows.setConstant(std::ssize(ends), std::max(channels, row.size()), solver::not_given);
+    if (i == 0) plan.rows.setConstant(std::ssize(ends), std::max(channels.size(), row.size()), solver::not_given);
     plan.rows.row(at).head(row.size()) = row.transpose();
+  }
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+    if (!ambient.has_gradient) continue;
+    auto gradient = plan.rows.col(channels.index(ambient.id + ".gradient_K_m"));
+    if ((gradient.array() == ambient.gradient.value).all()) gradient.setConstant(solver::not_given);
   }
   plan.end = ends.back();
   plan.start_C = program.initial_C();
   return plan;
 }
 
-/// A cause that may be the one, with what it foretells.
-struct Rival {
-  Parameter parameter;  ///< none: the machine as stated
-  double value = 0, probability = 0;
-  std::string name() const { return parameter.name.empty() ? "the machine as stated" : name_of(parameter); }
-};
+bool is_nameless(const RankedCause& cause) {
+  return cause.parameter.kind == Kind::unknown || cause.parameter.kind == Kind::other_law;
+}
 
-/// Causes that are named or share; the most probable ones where there are none; the machine as stated beside a single
-/// one. What something unknown does elsewhere nobody knows.
-std::vector<Rival> rivals_of(const Diagnosis& diagnosis) {
-  std::vector<Rival> rivals;
-  const auto add = [&](const std::vector<RankedCause>& causes, std::size_t most) {
-    for (const RankedCause& cause : causes) {
-      const bool known = std::any_of(rivals.begin(), rivals.end(), [&](const Rival& rival) {
-        return rival.parameter.kind == cause.parameter.kind && rival.parameter.where == cause.parameter.where;
-      });
-      const bool nameless = cause.parameter.kind == Kind::unknown || cause.parameter.kind == Kind::other_law;
-      if (nameless || known || rivals.size() >= most) continue;
-      rivals.push_back({cause.parameter, cause.value, cause.probability});
-    }
-  };
-  add(diagnosis.causes, most_causes);
-  add(diagnosis.ambiguous_set, most_causes);
-  if (rivals.empty()) add(diagnosis.ranking, 2);
-  if (rivals.size() == 1 && !rivals.front().parameter.name.empty()) {
-    Rival stated;
-    stated.probability = std::max(1.0 - rivals.front().probability, 0.01);
-    rivals.push_back(stated);
+MachineInTime machine_of(const mesh::Machine& machine, const Rival& rival) {
+  MachineInTime changed(machine);
+  for (const RankedCause& cause : rival.causes) changed = with_parameter(changed, cause.parameter, cause.value);
+  return changed;
+}
+
+/// Why no measurement separates causes from the machine as stated: this record does.
+std::string separated_already(const Diagnosis& d, const Rival& named) {
+  double evidence = 0.0;
+  for (const RankedCause& cause : named.causes) evidence = std::max(evidence, cause.log_evidence);
+  if (!d.explanations.empty()) evidence = std::max(evidence, d.explanations.front().log_evidence.value_or(0.0));
+  if (d.causes.empty() || evidence < strong) return "";
+  return fmt::format(
+      "this record already distinguishes {} from the machine as stated (ln Bayes factor {:.1f}), so that another "
+      "measurement does not decide between them; a check on the machine does",
+      named.name(), evidence);
+}
+
+/// Why no place distinguishes what acts on readings alone: temperatures and displacements are the same.
+std::string by_second_sensor(const std::vector<Rival>& rivals) {
+  std::vector<std::string> readings;
+  for (const Rival& rival : rivals) {
+    for (const RankedCause& cause : rival.causes)
+      if (acts_on_readings(cause.parameter.kind)) readings.push_back(name_of(cause.parameter));
   }
-  return rivals;
+  if (readings.empty()) return "";
+  return "; a second sensor beside it, read by another logger, shows " + core::join(readings);
 }
 
 /// The value that differs most from the first one. @param over_time  (points)
@@ -157,6 +166,45 @@ Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& se
 
 }  // namespace
 
+std::string Rival::name() const {
+  if (causes.empty()) return "the machine as stated";
+  std::vector<std::string> names;
+  for (const RankedCause& cause : causes) names.push_back(name_of(cause.parameter));
+  return core::join(names, " with ") + (alone ? " alone" : "");
+}
+
+std::vector<Rival> rivals_of(const Diagnosis& diagnosis) {
+  std::vector<Rival> rivals;
+  const auto add = [&](const RankedCause& cause) {
+    if (is_nameless(cause) || rivals.size() >= most_causes) return;
+    Rival rival{diagnosis.causes, cause.probability};
+    const bool known = std::any_of(rival.causes.begin(), rival.causes.end(), [&](const RankedCause& named) {
+      return named.parameter.kind == cause.parameter.kind && named.parameter.where == cause.parameter.where;
+    });
+    if (known) return;
+    if (cause.parameter.name.empty())
+      rival.causes.clear();
+    else
+      rival.causes.push_back(cause);
+    rivals.push_back(std::move(rival));
+  };
+  if (!diagnosis.causes.empty()) rivals.push_back({diagnosis.causes, diagnosis.causes.front().probability});
+  for (const RankedCause& cause : diagnosis.ambiguous_set) add(cause);
+  if (rivals.empty()) {
+    for (const RankedCause& cause : diagnosis.ranking)
+      if (rivals.size() < 2) add(cause);
+  }
+  double others = 0.0;
+  for (std::size_t i = 1; i < rivals.size(); ++i) others += rivals[i].probability;
+  if (!diagnosis.causes.empty() && rivals.size() > 1) {
+    rivals.front().probability = std::max(1.0 - others, least_probability);
+    rivals.front().alone = true;
+  }
+  if (rivals.size() == 1 && !rivals.front().causes.empty())
+    rivals.push_back({{}, std::max(1.0 - rivals.front().probability, least_probability)});
+  return rivals;
+}
+
 bool repeats(const Observations& plan, const Observations& record) {
   const double duration = record.end - record.start;
   if (std::abs(plan.end - plan.start - duration) > same_load * duration) return false;
@@ -187,6 +235,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   NextMeasurement next;
   const std::vector<Rival> rivals = rivals_of(diagnosis);
   if (rivals.size() < 2) return next;
+  if (rivals.size() == 2 && rivals.back().causes.empty()) next.why = separated_already(diagnosis, rivals.front());
+  if (!next.why.empty()) return next;
   const mesh::Machine& machine = model.machine;
   const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
   const std::vector<Place> places = places_of(problem, machine, poses);
@@ -198,8 +248,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     const Response response(model, plan);
     std::vector<MatrixXd> seen(rivals.size());
     core::parallel_for(0, rivals.size(), [&](std::size_t i) {
-      const Parameter& p = rivals[i].parameter;
-      MachineInTime rival = p.name.empty() ? MachineInTime(machine) : with_parameter(machine, p, rivals[i].value);
+      MachineInTime rival = machine_of(machine, rivals[i]);
       // Another program comes after the record, and after its steps.
       if (!own)
         for (LaterFactor& later : rival.later) later.from_s = std::numeric_limits<double>::lowest();
@@ -244,7 +293,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     return next;
   }
   for (const solver::LoadProgram& program : programs) {
-    const Observations plan = planned(program, solver::Channels(machine).size());
+    const Observations plan = planned(program, machine);
     const std::span<const Observations> records = problem.observations.each();
     if (std::none_of(records.begin(), records.end(), [&](const Observations& one) { return repeats(plan, one); }))
       consider(plan, program.name(), false);
@@ -253,8 +302,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   next = {};
   next.why = fmt::format(
       "no load program, sensor or pose of the machine distinguishes {} from {} (the largest difference is {:.1f} of "
-      "its uncertainty)",
-      rivals[0].name(), rivals[1].name(), best);
+      "its uncertainty){}",
+      rivals[0].name(), rivals[1].name(), best, by_second_sensor(rivals));
   return next;
 }
 

@@ -14,6 +14,19 @@
 
 namespace thermotwin::diagnosis {
 
+/// What may be the case, with what it foretells: one cause, several together, or none.
+struct Rival {
+  std::vector<RankedCause> causes;  ///< empty: the machine as stated
+  double probability = 0;
+  bool alone = false;  ///< others have one cause more
+  std::string name() const;
+};
+
+/// Causes that are named are true together: one rival, and each cause that shares beside them makes another. Where none
+/// is named, each of those that share is one; the most probable ones where none shares. The machine as stated stands
+/// beside a single one. What something unknown does elsewhere nobody knows.
+std::vector<Rival> rivals_of(const Diagnosis& diagnosis);
+
 /// @param programs  possible load programs, in addition to a repetition of the measured load with more channels
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,

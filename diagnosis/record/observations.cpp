@@ -100,6 +100,8 @@ constexpr double switched_rows = 0.1;    ///< what changes in more rows is no sw
 constexpr double short_gap = 0.5;        ///< of a long row: a row so soon after another says when, too
 constexpr double least_part = 0.02;      ///< of a while, which a row keeps
 constexpr std::size_t most_uncertain_changes = 24;
+constexpr double parts_after_switch[] = {0.2, 0.5};  ///< of a step, where the one after a switch is split
+constexpr double shortest_split_step_s = 60;
 
 /// A speed, power or state, and its largest value in the record.
 struct Watched {
@@ -147,8 +149,8 @@ std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::v
 }
 
 /// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and
-/// then ends it:
-/// heat is not in proportion to a pump that runs for a part of the time.
+/// then ends it: heat is not in proportion to a pump that runs for a part of the time. A step after a switch is short,
+/// for beside a source temperatures rise with the root of time, and values between points lie on straight lines.
 void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
                 const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_spans(time, rows, longest, average);
@@ -156,16 +158,25 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
     return std::any_of(out.may_hold.begin(), out.may_hold.end(),
                        [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; });
   };
+  const auto switches_at = [&](std::size_t i) {
+    return i == 0 || change_between(all[i - 1].row, all[i].row, switched) >= changed_share;
+  };
   std::vector<double> points = {time[0]};
   std::vector<Eigen::RowVectorXd> means;
   for (std::size_t i = 0; i < all.size();) {
     std::size_t last = i + 1;
-    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) &&
-           change_between(all[last - 1].row, all[last].row, switched) < changed_share && !may_change(all[last].begin))
+    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) && !switches_at(last) &&
+           !may_change(all[last].begin))
       ++last;
-    const double span = all[last - 1].end - all[i].begin;
+    const double begin = all[i].begin, span = all[last - 1].end - begin;
     for (std::size_t k = i; k < last && last - i > 1; ++k)
       out.mixed[std::ssize(means)].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
+    if (last - i == 1 && switches_at(i) && span > shortest_split_step_s) {
+      for (const double part : parts_after_switch) {
+        points.push_back(begin + part * span);
+        means.push_back(all[i].row);
+      }
+    }
     points.push_back(all[last - 1].end);
     means.push_back(mean_row(all, i, last));
     i = last;
@@ -303,6 +314,19 @@ void leave_out_switches(const Eigen::VectorXd& time, const Eigen::VectorXd& on, 
     if (touched.count(interval_at(time[i], grid)) > 0) values[i] = std::nan("");
 }
 
+/// Inputs of each row. A gradient that nobody measures is left to the machine, whose value a cause may change.
+Eigen::MatrixXd input_rows(const Measurement& measurement, const mesh::Machine& machine,
+                           const solver::Channels& channels) {
+  Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+    const std::string gradient = ambient.id + ".gradient_K_m";
+    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [&](const MeasuredChannel& channel) { return channel.input == gradient; });
+    if (ambient.has_gradient && !measured) rows.col(channels.index(gradient)).setConstant(solver::not_given);
+  }
+  return rows;
+}
+
 /// Uniform start: mean of the first readings of all temperature channels.
 void find_start(const Measurement& measurement, const mesh::Machine& machine, const Eigen::VectorXd& first_row,
                 const solver::Channels& channels, Observations& out) {
@@ -389,7 +413,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
     throw InputError(place, fmt::format("a record of {:.0f} s", duration),
                      fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   }
-  const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
+  const Eigen::MatrixXd rows = input_rows(measurement, machine, channels);
   const std::vector<Channel> inputs = compensation::channels_of(channels);
   const std::vector<bool> average = averageable(inputs);
   const std::vector<Watched> watched = watched_channels(rows, inputs);

@@ -97,15 +97,19 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
     warnings += "<p class=\"warning\">" + core::html_sentence(warning) + "</p>";
   page += "<section class=\"card verdict " + name_of(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
           core::html_sentence(d.sentence) + "</p>" + warnings + "</section>\n";
-  const bool gauged =
-      std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
   if (!d.actions.empty()) {
     page += "<section class=\"card\" style=\"margin-top:12px\"><b>What to do</b><ul>";
     for (const std::string& action : d.actions) page += "<li>" + core::html_sentence(action) + "</li>";
     page += "</ul></section>\n";
   }
-  page += "<div class=\"tiles\">\n";
-  page += most_probable_tile(d);
+  return page;
+}
+
+std::string tiles(const Diagnosis& d, const mesh::Machine* machine) {
+  const Wording words = wording(d, machine);
+  const bool gauged =
+      std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
+  std::string page = "<div class=\"tiles\">\n" + most_probable_tile(d);
   if (gauged && !shows_change(d, machine)) {
     page += core::html_tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                             "RMS of all displacement channels");
@@ -413,13 +417,15 @@ std::string notes(const Diagnosis& d) {
 
 }  // namespace
 
+// For the shop first: verdict, what to do, where, what to measure next; then gains, residuals and evidence.
 std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene,
                         const std::vector<core::NextStep>& steps) {
   return core::html_document("Diagnosis of " + wording(d, machine).subject,
-                             headline(d, machine) + records_table(d) + overview(d, machine) + scene_html(scene) +
-                                 sets(d) + explanations_table(d) + ranking_table(d, machine) + extension(d, machine) +
-                                 plots(d, machine) + channel_table(d, machine) + detectability_table(d) + analysis(d) +
-                                 notes(d) + (steps.empty() ? "" : core::html_next_steps(steps)));
+                             headline(d, machine) + scene_html(scene) + sets(d) + extension(d, machine) +
+                                 tiles(d, machine) + records_table(d) + overview(d, machine) + plots(d, machine) +
+                                 explanations_table(d) + ranking_table(d, machine) + channel_table(d, machine) +
+                                 detectability_table(d) + analysis(d) + notes(d) +
+                                 (steps.empty() ? "" : core::html_next_steps(steps)));
 }
 
 }  // namespace thermotwin::diagnosis

@@ -14,6 +14,7 @@
 #include "compensation/measurement/measurement_check.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
@@ -51,6 +52,31 @@ std::string extension_in_words(const Diagnosis& d) {
         d.effect_heldout_um, d.effect_fitted_um);
   }
   return " The gain is not significant; no extension is recommended.";
+}
+
+/// What the correction gains on held-out data: in the displacements, or in the readings that alone are wrong.
+std::string gain_in_words(const Diagnosis& d) {
+  if (!(d.heldout_rms_before_um > 0)) return "";
+  constexpr double nothing_percent = 1e-6;
+  const bool readings_only =
+      std::all_of(d.causes.begin(), d.causes.end(), [](const auto& c) { return acts_on_readings(c.parameter.kind); });
+  if (!readings_only || std::abs(d.reduction_percent) > nothing_percent) {
+    return fmt::format(
+        " On held-out data the RMS of the displacements goes from {:.2f} to {:.2f} um ({} %, 95 % interval {} to {}).",
+        d.heldout_rms_before_um, d.heldout_rms_after_um, percent_text(d.reduction_percent),
+        percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent));
+  }
+  std::vector<std::string> own;
+  for (const ChannelResidual& r : d.residuals) {
+    const bool named = std::any_of(d.causes.begin(), d.causes.end(),
+                                   [&](const RankedCause& cause) { return cause.parameter.where == r.id; });
+    if (named) {
+      own.push_back(fmt::format("the RMS of {} goes from {:.3g} to {:.3g} {}", r.id, r.rms_before, r.rms_after,
+                                r.unit == "degC" ? "K" : r.unit));
+    }
+  }
+  return " The correction changes readings, not the displacements, and is judged by these readings." +
+         (own.empty() ? "" : " On held-out data " + core::join(own) + ".");
 }
 
 std::string in_words(const RankedCause& cause) {
@@ -124,13 +150,6 @@ std::string percent_text(double percent, int decimals) {
 }
 
 std::string sentence_of(const Diagnosis& d) {
-  const std::string gain = d.heldout_rms_before_um > 0
-                               ? fmt::format(
-                                     " On held-out data the RMS of the displacements goes from {:.2f} to {:.2f} um ({} "
-                                     "%, 95 % interval {} to {}).",
-                                     d.heldout_rms_before_um, d.heldout_rms_after_um, percent_text(d.reduction_percent),
-                                     percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent))
-                               : "";
   if (d.verdict == Verdict::no_discrepancy) {
     return "No discrepancy: measurement and model agree within stated uncertainty, discretisation error and noise. "
            "Effects too small for this record remain possible." +
@@ -159,10 +178,19 @@ std::string sentence_of(const Diagnosis& d) {
   if (!d.strained.empty()) {
     std::vector<RankedCause> beside = d.ambiguous_set;
     std::erase_if(beside, [](const RankedCause& cause) { return cause.parameter.name.empty(); });
+    const std::string named =
+        list_in_words(d.causes, 1) + (beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2));
+    if (d.foretold_beside_others) {
+      return fmt::format(
+          "Ambiguous: {}. The correction alone does not help: {}. Together with other values of machine.toml, each "
+          "within its stated uncertainty, the cause predicts these data as well as expected. Such values had hidden a "
+          "part of it: identify them too before the machine is corrected.",
+          named, d.strained);
+    }
     return fmt::format(
-        "Ambiguous: {}{}. As the only explanation it is strained: {}. Either it follows another law, or an unknown "
+        "Ambiguous: {}. As the only explanation it is strained: {}. Either it follows another law, or an unknown "
         "cause acts as well.",
-        list_in_words(d.causes, 1), beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
+        named, d.strained);
   }
   if (only_unknown_shares(d)) {
     return fmt::format("Ambiguous: {}, and an unknown cause as well, probability {:.2f}.", list_in_words(d.causes, 2),
@@ -176,7 +204,7 @@ std::string sentence_of(const Diagnosis& d) {
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + "." + to_decide(d);
   }
-  return "Explained by " + list_in_words(d.causes, 3) + "." + gain + extension_in_words(d);
+  return "Explained by " + list_in_words(d.causes, 3) + "." + gain_in_words(d) + extension_in_words(d);
 }
 
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,

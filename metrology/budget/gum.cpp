@@ -40,6 +40,7 @@ VectorXd slope(const Budget& budget, const Budget::Model& model, const VectorXd&
 }
 
 double effective_degrees(const Budget& budget, const Eigen::RowVectorXd& contribution, double std) {
+  if (!(std > 0.0)) return std::numeric_limits<double>::infinity();
   struct Term {
     VectorXd c;
     double degrees = std::numeric_limits<double>::infinity();
@@ -83,6 +84,12 @@ GumResult gum(const Budget& budget) {
   result.contribution = result.sensitivity * std.asDiagonal();
   const MatrixXd covariance = result.contribution * budget.correlation * result.contribution.transpose();
   result.std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  // Inputs with the correlation -1 cancel to the rounding of their products, whose root is 1e-8 of them.
+  constexpr double rounding = 16.0 * std::numeric_limits<double>::epsilon();
+  for (Index i = 0; i < quantities; ++i) {
+    const double sum = result.contribution.row(i).cwiseAbs().sum();
+    if (covariance(i, i) <= rounding * sum * sum) result.std[i] = 0.0;
+  }
   result.correlation = MatrixXd::Identity(quantities, quantities);
   result.degrees_of_freedom.resize(quantities);
   result.factor.resize(quantities);

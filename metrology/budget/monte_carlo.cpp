@@ -24,6 +24,8 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr double rounding = 1e-13;  ///< of the largest eigenvalue
+constexpr Index least_blocks = 10, least_of_block = 100;
 constexpr Index block = 10000;  ///< draws with random numbers of their own
 
 /// Normal random numbers, the same with every standard library.
@@ -79,7 +81,10 @@ class Drawing {
 public:
   explicit Drawing(const Budget& budget) : budget_(budget) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> parts(scores_correlation(budget));
-    root_ = parts.eigenvectors() * parts.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    // An eigenvalue that is rounding alone would be a share of its root: 1e-8 of two inputs with the correlation -1.
+    const VectorXd variances = parts.eigenvalues(),
+                   own = (variances.array() > rounding * variances.maxCoeff()).select(variances, 0.0);
+    root_ = parts.eigenvectors() * own.cwiseSqrt().asDiagonal();
     for (Index i = 0; i < root_.rows(); ++i) {  // scores of variance 1 where an eigenvalue was cut off
       const double norm = root_.row(i).norm();
       if (norm > 0.0) root_.row(i) /= norm;
@@ -165,12 +170,12 @@ void find_intervals(const VectorXd& values, double probability, CoverageInterval
 
 /// Of the ends of an interval of all draws, from the spread between blocks.
 double end_deviation(const VectorXd& values, double probability) {
-  const Index blocks = values.size() / block;
-  if (blocks < 2) return std::numeric_limits<double>::infinity();
+  const Index blocks = std::max(least_blocks, values.size() / block), size = values.size() / blocks;
+  if (size < least_of_block) return std::numeric_limits<double>::infinity();
   Eigen::MatrixX2d ends(blocks, 2);
   for (Index b = 0; b < blocks; ++b) {
     CoverageInterval symmetric, shortest;
-    find_intervals(values.segment(b * block, block), probability, symmetric, shortest);
+    find_intervals(values.segment(b * size, size), probability, symmetric, shortest);
     ends.row(b) << symmetric.low, symmetric.high;
   }
   const Eigen::MatrixX2d about = ends.rowwise() - ends.colwise().mean();

@@ -45,7 +45,8 @@ ArcFrame ArcFrame::about(const Vector3d& direction, const Vector3d& x, const Vec
   return frame;
 }
 
-ArcFit fit_arc(const MatrixX3d& points, const ArcFrame& frame, CircleMethod method, const std::string& place) {
+ArcFit fit_arc(const MatrixX3d& points, const ArcFrame& frame, CircleMethod method, const std::string& place,
+               double least) {
   const MatrixX3d local = (points.rowwise() - frame.point.transpose()) * frame.axes;
   const Plane plane = fit_plane(local, Vector3d::UnitZ(), place);
   if (plane.normal[2] < 0.5) {
@@ -57,9 +58,9 @@ ArcFit fit_arc(const MatrixX3d& points, const ArcFrame& frame, CircleMethod meth
   const Circle circle = fit_circle(flat.leftCols<2>(), method, place);
   ArcFit result;
   result.span = span_of(flat.leftCols<2>(), circle.centre);
-  if (result.span < least_span - span_rounding) {
+  if (result.span < least - span_rounding) {
     throw core::InputError(place, fmt::format("an arc of {:.4g} deg", result.span / core::units::deg),
-                           fmt::format("at least {:.3g} deg", least_span / core::units::deg));
+                           fmt::format("at least {:.3g} deg", least / core::units::deg));
   }
   const Vector3d centre = plane.point + turn.transpose() * Vector3d(circle.centre[0], circle.centre[1], 0.0);
   const Vector3d at_point = centre - plane.normal * (centre[2] / plane.normal[2]);

@@ -35,8 +35,8 @@ struct ArcFit {
 /// Arcs below this span determine no axis. A hundredth of a degree is for the rounding of points.
 inline constexpr double least_span = 10.0 * core::units::deg, span_rounding = 0.01 * core::units::deg;
 
-/// @param points  (n x 3) m @throws InputError: too few points, points that are no arc, a span below least_span
+/// @param points  (n x 3) m @throws InputError: too few points, points that are no arc, a span below `least`
 ArcFit fit_arc(const Eigen::MatrixX3d& points, const ArcFrame& frame, CircleMethod method = CircleMethod::geometric,
-               const std::string& place = "arc fit");
+               const std::string& place = "arc fit", double least = least_span);
 
 }  // namespace thermotwin::metrology

@@ -25,6 +25,8 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr double least_drawn = 0.5 * least_span;  ///< the noise of a draw shortens an arc of the least span
+
 double feed_of(const ArcStudy& study) { return study.feed > 0.0 ? study.feed : 600.0 * core::units::deg_min; }
 
 VectorXd angles_of(const ArcStudy& study) {
@@ -64,7 +66,7 @@ ArcStudyResult study_arc(const ArcStudy& study) {
         MatrixX3d points = nominal;
         for (Index k = 0; k < points.size(); ++k)
           points.data()[k] += study.half_width * (2.0 * core::uniform(random) - 1.0);
-        const ArcFit fit = fit_arc(points, frame, study.method);
+        const ArcFit fit = fit_arc(points, frame, study.method, "arc study", least_drawn);
         result.draws.row(i) << fit.centre.transpose(), -fit.tilt[1], fit.tilt[0];
       },
       16);

@@ -87,6 +87,26 @@ CycleResult cycle_result(const LinearFit& fit, Index errors, double variance) {
   return result;
 }
 
+ResidualTest residual_test(const Estimates& estimates, double std) {
+  ResidualTest test;
+  double squares = 0.0;
+  for (const CycleResult& cycle : estimates.cycles) {
+    squares += cycle.residual.squaredNorm();
+    test.degrees += cycle.degrees_of_freedom;
+  }
+  if (test.degrees < 1) {
+    test.ratio = std::numeric_limits<double>::quiet_NaN();
+    return test;
+  }
+  const double degrees = test.degrees;
+  test.ratio = std::sqrt(squares / degrees) / std;
+  // Wilson and Hilferty (1931): the cube root of chi-square over its degrees of freedom is nearly normal.
+  constexpr double score = 3.0902;
+  const double spread = 2.0 / (9.0 * degrees), limit = std::pow(1.0 - spread + score * std::sqrt(spread), 3);
+  test.exceeds = test.ratio * test.ratio > limit;
+  return test;
+}
+
 void complete(std::vector<CycleResult>& cycles, bool against_first) {
   if (against_first) {
     const VectorXd first = cycles.front().value;

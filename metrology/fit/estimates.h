@@ -57,7 +57,7 @@ struct LinearFit {
                           const std::string& others) const;
 };
 
-inline constexpr Eigen::Index most_functional_rows = 6000;
+inline constexpr Eigen::Index most_functional_rows = 90000;  ///< 30,000 points
 
 inline constexpr double weakest = 1e-7;  ///< smallest singular value over the largest that counts as observed
 
@@ -66,6 +66,14 @@ LinearFit fit_linear(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right);
 
 /// Takes the observable ones of the first parameters. @param variance  of a row
 CycleResult cycle_result(const LinearFit& fit, Eigen::Index errors, double variance);
+
+/// The residuals of all cycles against the stated uncertainty of a row.
+struct ResidualTest {
+  Eigen::Index degrees = 0;
+  double ratio = 0;      ///< root of the mean square per degree of freedom over the uncertainty (Birge); NaN: none
+  bool exceeds = false;  ///< chi-square above its quantile of 99.9 %
+};
+ResidualTest residual_test(const Estimates& estimates, double std);
 
 /// Differences to the first cycle where these are asked for, whose covariance adds; then the standard deviations.
 void complete(std::vector<CycleResult>& cycles, bool against_first);

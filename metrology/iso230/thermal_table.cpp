@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "metrology/iso230/scatter.h"
 
 namespace thermotwin::metrology {
 
@@ -20,6 +21,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
+
+constexpr double least_reliability = 0.1;  ///< of a temperature with a gradient
+constexpr double sure = 3.0;               ///< standard deviations of the scatter's variance
 
 const MeasuredChannel& temperature_named(const Measurement& measurement, const std::string& id) {
   std::vector<std::string> known;
@@ -42,8 +46,11 @@ double range_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
-/// Slope over the temperature and its standard deviation.
-void find_gradient(const VectorXd& values, const VectorXd& temperature, double uncertainty, ThermalRow& row) {
+/// Slope over the temperature, whose values scatter, and its standard deviation (Fuller 1987, 1.2.3 with a known
+/// variance of the scatter): with the residuals v = e - b w of the temperature's scatter w,
+///   var b = (s_v^2 + (s_w^2 s_v^2 + b^2 s_w^4) / s_x^2) / (n s_x^2).
+void find_gradient(const VectorXd& values, const VectorXd& temperature, double uncertainty, double scatter,
+                   ThermalRow& row) {
   std::vector<double> x, y;
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i]) || std::isnan(temperature[i])) continue;
@@ -54,10 +61,16 @@ void find_gradient(const VectorXd& values, const VectorXd& temperature, double u
   const VectorXd at = Eigen::Map<VectorXd>(x.data(), std::ssize(x)),
                  value = Eigen::Map<VectorXd>(y.data(), std::ssize(y));
   const VectorXd about = at.array() - at.mean();
-  row.gradient = about.dot(value) / about.squaredNorm();
+  const double count = about.size(), all = about.squaredNorm() / count,
+               noise = scatter * scatter * (count - 1.0) / count, own = all - noise;
+  row.reliability = own / all;
+  if (row.reliability < least_reliability || own < sure * noise * std::sqrt(2.0 / count)) return;
+  row.gradient = about.dot(value) / count / own;
   const VectorXd residual = (value.array() - value.mean()).matrix() - row.gradient * about;
-  const double variance = std::max(residual.squaredNorm() / (std::ssize(x) - 2), uncertainty * uncertainty);
-  row.gradient_std = std::sqrt(variance / about.squaredNorm());
+  const double expected = uncertainty * uncertainty + std::pow(row.gradient * scatter, 2),
+               variance = std::max(residual.squaredNorm() / (count - 2.0), expected);
+  const double more = (noise * variance + std::pow(row.gradient * noise, 2)) / own;
+  row.gradient_std = std::sqrt((variance + more) / (count * own));
 }
 
 }  // namespace
@@ -68,8 +81,11 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
   table.duration = time[time.size() - 1] - time[0];
   table.ambient = ambient;
   VectorXd temperature;
+  double scatter = 0.0;
   if (!ambient.empty()) {
-    temperature = measurement.values(temperature_named(measurement, ambient));
+    const MeasuredChannel& channel = temperature_named(measurement, ambient);
+    temperature = measurement.values(channel);
+    scatter = scatter_of(time, temperature, channel.uncertainty);
     std::vector<double> known;
     for (const double value : temperature)
       if (!std::isnan(value)) known.push_back(value);
@@ -82,11 +98,12 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind != ChannelKind::displacement) continue;
     const VectorXd values = measurement.values(channel);
-    std::vector<double> first_hour, whole;
+    std::vector<double> whole;
+    Index first_hour = 0;
     for (Index i = 0; i < values.size(); ++i) {
       if (std::isnan(values[i])) continue;
       whole.push_back(values[i]);
-      if (time[i] <= time[0] + core::units::hour) first_hour.push_back(values[i]);
+      if (time[i] <= time[0] + core::units::hour) ++first_hour;
     }
     if (whole.size() < 2) {
       throw InputError(measurement.data.source + " " + channel.id, fmt::format("{} values", whole.size()),
@@ -96,11 +113,22 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
     row.channel = channel.id;
     row.unit = channel.unit;
     row.count = std::ssize(whole);
-    if (table.has_an_hour() && !first_hour.empty()) row.first_hour = range_of(first_hour);
-    row.whole = range_of(whole);
     row.last = whole.back() - whole.front();
-    row.uncertainty = std::sqrt(2.0) * channel.uncertainty;
-    if (temperature.size() > 0) find_gradient(values, temperature, channel.uncertainty, row);
+    row.last_std = std::sqrt(2.0) * channel.uncertainty;
+    const VectorXd all = Eigen::Map<VectorXd>(whole.data(), row.count);
+    if (!table.has_an_hour() || first_hour < 2) first_hour = 0;
+    const double noise = scatter_of(time, values, channel.uncertainty);
+    const std::vector<RangeOfMotion> ranges =
+        ranges_of_motion(all, {first_hour, row.count}, noise, channel.uncertainty);
+    row.whole = ranges[1].range;
+    row.motion = ranges[1].motion;
+    row.motion_std = ranges[1].std;
+    if (first_hour > 0) {
+      row.first_hour = ranges[0].range;
+      row.first_hour_motion = ranges[0].motion;
+      row.first_hour_std = ranges[0].std;
+    }
+    if (temperature.size() > 0) find_gradient(values, temperature, channel.uncertainty, scatter, row);
     table.rows.push_back(std::move(row));
   }
   if (table.rows.empty()) {

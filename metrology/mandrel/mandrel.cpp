@@ -29,6 +29,7 @@ namespace units = core::units;
 namespace {
 
 constexpr double largest_um = 1e5;
+constexpr double least_apart = 1e-4, least_turn = 1e-3;  ///< m; rad: two probes that would show a rotation
 
 const std::vector<std::string>& quantity_names() {
   static const std::vector<std::string> names{"dx", "dy", "dz", "ra", "rb", "rc"};
@@ -60,7 +61,7 @@ const core::KeyTable mandrel_file{
         key::texts("quantities", Absent{"all that the probes observe"},
                    "Of dx, dy, dz, ra, rb, rc those that are estimated; each has to be observable."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: values against the first row; absolute: as read."),
+                  "first: values against the first row; absolute: as read, as a single row is."),
         key::text("pose", "", "Positions of the machine's axes, such as X=0,B=90, for diagnose."),
     }};
 
@@ -84,6 +85,17 @@ std::vector<MandrelProbe> read_mandrel_probes(const Node& root) {
     probe.place_std = node.number("place_std_mm") * units::mm;
     node.finish();
     probes.push_back(std::move(probe));
+  }
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const double apart = (probes[i].at - probes[k].at).norm();
+      const bool parallel = probes[i].direction.cross(probes[k].direction).norm() < least_turn;
+      if (!parallel || apart == 0.0 || apart >= least_apart) continue;
+      throw InputError(root.place("probe"),
+                       fmt::format("probes '{}' and '{}' in one direction, {:.3g} mm apart", probes[k].id, probes[i].id,
+                                   apart / units::mm),
+                       fmt::format("at least {:.3g} mm, or the same place", least_apart / units::mm));
+    }
   }
   if (probes.empty()) throw InputError(root.place("probe"), "no probe", "at least one [[probe]]");
   return probes;
@@ -162,6 +174,8 @@ MandrelRecord MandrelRecord::parse(const std::string& toml, const Table& reading
   root.finish();
   record.readings = read_readings(readings, record.probes);
   record.time = readings.values.col(0);
+  record.alone = record.against_first && record.time.size() == 1;
+  if (record.alone) record.against_first = false;
   return record;
 }
 

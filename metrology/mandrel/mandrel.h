@@ -33,6 +33,7 @@ struct MandrelRecord {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, where the displacement is stated
   bool in_spindle = true;                           ///< the mandrel; else it is on the table
   bool against_first = true;
+  bool alone = false;                   ///< one row: as read, whatever the file says
   std::string pose;                     ///< of the machine, "B=0,C=0"
   std::vector<std::string> quantities;  ///< asked for; empty: all that are observable
   std::string place_of_quantities;

@@ -53,7 +53,9 @@ double ProbeSetup::std_of_point(double samples) const {
 ProbeSetup read_probes(const core::Node& node) {
   ProbeSetup setup;
   setup.on_table = node.choice("mount") == "table";
-  if (node.has("directions")) setup.directions = node.points3("directions").transpose();
+  setup.directions_stated = node.has("directions");
+  setup.calibration_stated = node.has("calibration_mm");
+  if (setup.directions_stated) setup.directions = node.points3("directions").transpose();
   for (Eigen::Index i = 0; i < setup.directions.cols(); ++i) {
     const double length = setup.directions.col(i).norm();
     if (!(length > 1e-9))

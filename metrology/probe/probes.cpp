@@ -90,6 +90,7 @@ Calibration Calibration::fit(const core::Table& table, double contact_radius) {
                      fmt::format("displacements whose smallest singular value is {:.2g} of the largest", value),
                      "displacements along x, y and z");
   }
+  result.way_ = moved.cwiseAbs().maxCoeff();
   result.zero_ = VectorXd::Zero(probes);
   bool has_zero = false;
   for (Index i = 0; i < table.rows() && !has_zero; ++i) {

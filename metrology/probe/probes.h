@@ -41,13 +41,17 @@ public:
   /// @param readings  (n) m, against the zero of the calibration @return m
   Eigen::Vector3d displacement(const Eigen::VectorXd& readings) const;
   double residual_rms() const { return residual_rms_; }  ///< m, of a coordinate
+  /// (3 x n) reading per displacement of each probe: its direction, of length 1 where the probe reads true
+  const Eigen::Matrix3Xd& directions() const { return directions_; }
+  const Eigen::VectorXd& zero() const { return zero_; }  ///< (n) m, readings at the displacement 0
+  double way() const { return way_; }                    ///< m, largest coordinate of a displacement
 
 private:
   std::vector<std::string> names_;
   Eigen::MatrixXd transform_;
   Eigen::Matrix3Xd directions_;
   Eigen::VectorXd zero_;  ///< (n) m, readings at the displacement 0
-  double contact_radius_ = 0, residual_rms_ = 0;
+  double contact_radius_ = 0, residual_rms_ = 0, way_ = 0;
 };
 
 }  // namespace thermotwin::metrology

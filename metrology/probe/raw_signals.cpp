@@ -57,10 +57,12 @@ RawSignals RawSignals::load(const std::filesystem::path& folder) {
   return {core::read_csv(folder / "raw.csv"), core::read_csv(folder / "calibration.csv")};
 }
 
-std::vector<Eigen::Vector3d> sphere_displacements(const RawSignals& signals, const ProbeSetup& setup, Index points) {
+std::vector<Eigen::Vector3d> sphere_displacements(const RawSignals& signals, const ProbeSetup& setup, Index points,
+                                                  CalibrationCheck* check) {
   const Table& raw = signals.raw;
   core::require_time_column(raw);
   const Calibration calibration = Calibration::fit(signals.calibration, setup.contact_radius);
+  CalibrationCheck checked = check_calibration(calibration, setup, signals.calibration.source);
   std::vector<Index> columns;
   for (const std::string& name : calibration.names()) {
     const auto found = raw.find(name);
@@ -99,8 +101,11 @@ std::vector<Eigen::Vector3d> sphere_displacements(const RawSignals& signals, con
           fmt::format("a record of {:.4g} s of point {}", raw.values(last, 0) - raw.values(first, 0), p + 1),
           fmt::format("more than twice cut_s = {} s", setup.cut));
     }
-    displacements.push_back(calibration.displacement(sum / static_cast<double>(count)));
+    const Eigen::VectorXd reading = sum / (1.0 * count);
+    checked.see(reading, raw.source, calibration);
+    displacements.push_back(calibration.displacement(reading));
   }
+  if (check != nullptr) *check = checked;
   return displacements;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/table.h"
+#include "metrology/probe/calibration_check.h"
 #include "metrology/probe/probe_setup.h"
 
 namespace thermotwin::metrology {
@@ -24,7 +25,8 @@ struct RawSignals {
 ///   frame of what carries the probes
 /// @throws InputError: a clock that runs back, a point without a sample or an unknown one, a missing reading, probes
 ///   that are not those of the calibration
+/// @param check  filled where given
 std::vector<Eigen::Vector3d> sphere_displacements(const RawSignals& signals, const ProbeSetup& setup,
-                                                  Eigen::Index points);
+                                                  Eigen::Index points, CalibrationCheck* check = nullptr);
 
 }  // namespace thermotwin::metrology

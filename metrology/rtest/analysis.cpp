@@ -7,14 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
 
 #include "compensation/chain/location_offsets.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/toml_place.h"
 #include "core/units.h"
+#include "metrology/rtest/drift.h"
 #include "metrology/rtest/error_terms.h"
 
 namespace thermotwin::metrology {
@@ -30,35 +29,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-constexpr double same_nominal = 1e-6;  ///< m
-
-/// Positions of a rotary axis count modulo a turn.
-bool same_place(const mesh::KinematicChain& chain, const RTestPoint& a, const RTestPoint& b) {
-  if ((a.nominal - b.nominal).norm() > same_nominal) return false;
-  return std::all_of(a.positions.begin(), a.positions.end(), [&](const auto& at) {
-    double apart = at.second - b.positions.at(at.first);
-    if (chain.find(at.first)->rotary) apart = std::remainder(apart, 2.0 * std::numbers::pi);
-    return std::abs(apart) < 1e-6;
-  });
-}
-
-/// (points) the first point at the same place
-std::vector<Index> places_of(const mesh::KinematicChain& chain, const RTestCycle& cycle) {
-  const auto x = [&](Index i) { return cycle.points[i].nominal[0]; };
-  std::vector<Index> order(cycle.points.size()), places(order.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  places = order;
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return x(a) < x(b); });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    for (std::size_t k = i; k-- > 0 && x(order[i]) - x(order[k]) <= same_nominal;) {
-      if (!same_place(chain, cycle.points[order[i]], cycle.points[order[k]])) continue;
-      const Index first = std::min(places[order[i]], places[order[k]]);
-      places[order[i]] = places[order[k]] = first;
-    }
-  }
-  return places;
-}
 
 /// The axis whose component errors the harmonics are, its branch and its place there.
 struct Turning {
@@ -144,68 +114,6 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
   return result;
 }
 
-/// The drift over a cycle as the repeated points show it.
-struct Drift {
-  MatrixXd columns;  ///< (3 points x drifts) effect on each point, 0 in the middle of the cycle; first the common one
-  MatrixXd inverse;  ///< (drifts x 3 points) of the deviations
-  bool estimated() const { return columns.cols() > 0; }
-};
-
-constexpr double least_distinct = 0.3;  ///< of the effect of a drift that is no sum of others at the repeated points
-constexpr double least_shown = 0.3;     ///< of the effect on all points that differences between visits show
-
-/// A drift of all points alike, then of growth and rotations, then of the second order in time, those that the repeated
-/// points distinguish. Differences between visits of one place alone count: what the place has of its own, such as a
-/// component error of the axis, is in none of them.
-Drift drift_of(const RTestRecord& record, const RTestCycle& cycle, const std::vector<ErrorTerm>& terms,
-               const MatrixXd& moves) {
-  const Index points = std::ssize(cycle.points);
-  Drift drift{MatrixXd(3 * points, 0), MatrixXd(0, 3 * points)};
-  if (!record.drift) return drift;
-  const std::vector<Index> places = places_of(record.chain, cycle);
-  const double length = std::max(1e-9, cycle.last_time() - cycle.first_time()),
-               middle = 0.5 * (cycle.first_time() + cycle.last_time());
-  VectorXd tau(points), visits = VectorXd::Zero(points);
-  for (Index i = 0; i < points; ++i) {
-    tau[i] = (cycle.points[i].time - middle) / length;
-    visits[places[i]] += 1.0;
-  }
-  const auto within_places = [&](MatrixXd rows) {
-    MatrixXd means = MatrixXd::Zero(rows.rows(), rows.cols());
-    for (Index i = 0; i < points; ++i)
-      means.middleRows<3>(3 * places[i]) += rows.middleRows<3>(3 * i) / visits[places[i]];
-    for (Index i = 0; i < points; ++i) rows.middleRows<3>(3 * i) -= means.middleRows<3>(3 * places[i]);
-    return rows;
-  };
-  std::vector<VectorXd> basis;  // orthonormal, within places
-  const auto add = [&](const VectorXd& column, double shown) {
-    const VectorXd within = within_places(column);
-    VectorXd left = within;
-    for (int pass = 0; pass < 2; ++pass)
-      for (const VectorXd& known : basis) left -= known * known.dot(left);
-    if (!(left.norm() > least_distinct * within.norm()) || !(within.norm() > shown * column.norm())) return;
-    basis.emplace_back(left.normalized());
-    drift.columns.conservativeResize(Eigen::NoChange, drift.columns.cols() + 1);
-    drift.columns.rightCols(1) = column;
-  };
-  const auto in_time = [&](VectorXd column, int power) {
-    for (Index i = 0; i < points; ++i) column.segment<3>(3 * i) *= std::pow(tau[i], power);
-    return column;
-  };
-  const auto alike = [&](int direction) { return VectorXd(Vector3d::Unit(direction).replicate(points, 1)); };
-  for (int i = 0; i < 3; ++i) add(in_time(alike(i), 1), weakest);
-  if (!drift.estimated()) return drift;
-  for (std::size_t e = 0; e < terms.size(); ++e) {
-    const std::string& name = terms[e].name;
-    const bool rotation = terms[e].power == 0 && name[0] >= 'A' && name[0] <= 'C';
-    if (rotation || name == "R0T") add(in_time(moves.col(e), 1), least_shown);
-  }
-  for (int i = 0; i < 3; ++i) add(in_time(alike(i), 2), least_shown);
-  const LinearFit fit = fit_linear(within_places(drift.columns), VectorXd::Zero(3 * points));
-  drift.inverse = within_places(fit.inverse.transpose()).transpose();
-  return drift;
-}
-
 /// The fit of the deviations less their drift. Value, inverse and cofactor are those of the deviations themselves.
 LinearFit fit_cycle(const Equations& equations, const Drift& drift) {
   if (!drift.estimated()) return fit_linear(equations.rows, equations.deviation);
@@ -240,6 +148,30 @@ CycleResult result_of(const RTestRecord& record, const RTestCycle& cycle, const 
   return result;
 }
 
+/// (errors x 3) of a common drift of 1 m over the cycle that is not taken off.
+MatrixXd effect_of_drift(const RTestCycle& cycle, const LinearFit& fit, Index errors) {
+  const VectorXd tau = time_shares(cycle);
+  MatrixXd effect = MatrixXd::Zero(errors, 3);
+  for (Index i = 0; i < tau.size(); ++i) effect += tau[i] * fit.inverse.block(0, 3 * i, errors, 3);
+  return effect;
+}
+
+/// A cycle without a repeated point may drift as the others do: their mean square is in its covariance.
+void widen(std::vector<CycleResult>& cycles, const std::vector<MatrixXd>& effects) {
+  Matrix3d squares = Matrix3d::Zero();
+  double known = 0.0;
+  for (const CycleResult& cycle : cycles) {
+    if (!cycle.drift_estimated) continue;
+    squares += cycle.drift * cycle.drift.transpose();
+    known += 1.0;
+  }
+  if (known == 0.0) return;
+  for (std::size_t i = 0; i < cycles.size(); ++i) {
+    if (cycles[i].drift_estimated) continue;
+    cycles[i].covariance += effects[i] * (squares / known) * effects[i].transpose();
+  }
+}
+
 }  // namespace
 
 RTestAnalysis analyse(const RTestRecord& record) {
@@ -252,6 +184,7 @@ RTestAnalysis analyse(const RTestRecord& record) {
   result.errors = record.errors;
   result.units = units_of_errors(record.errors);
   std::vector<bool> named(record.errors.size(), false);
+  std::vector<MatrixXd> effects;
   for (const RTestCycle& cycle : record.cycles) {
     const Equations equations = equations_of(record, cycle, map, terms);
     if (equations.rows.rows() < equations.rows.cols()) {
@@ -259,7 +192,7 @@ RTestAnalysis analyse(const RTestRecord& record) {
           cycle.place, fmt::format("{} points for {} parameters", cycle.points.size(), equations.rows.cols()),
           fmt::format("at least {} points, or fewer errors and harmonics", (equations.rows.cols() + 2) / 3));
     }
-    const Drift drift = drift_of(record, cycle, terms, equations.rows.leftCols(std::ssize(record.errors)));
+    const Drift drift = drift_of(record, cycle, terms, equations.rows);
     const LinearFit fit = fit_cycle(equations, drift);
     for (std::size_t e = 0; e < record.errors.size(); ++e) {
       if (named[e] || !fit.hides(e)) continue;
@@ -268,7 +201,9 @@ RTestAnalysis analyse(const RTestRecord& record) {
                                       ": not observable: " + fit.same_effect(record.errors, e, nuisance));
     }
     result.cycles.push_back(result_of(record, cycle, equations, drift, fit));
+    effects.push_back(drift.estimated() ? MatrixXd() : effect_of_drift(cycle, fit, std::ssize(record.errors)));
   }
+  if (record.drift) widen(result.cycles, effects);
   const bool none = std::all_of(result.cycles.begin(), result.cycles.end(),
                                 [](const CycleResult& cycle) { return cycle.value.array().isNaN().all(); });
   if (none) {

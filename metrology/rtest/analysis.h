@@ -12,8 +12,9 @@
 // outermost axis that moves, in the frame Q of the body on which it stands; like its location errors they are motions
 // of what the axis carries, so that s is -1 where it carries the workpiece and 1 where it carries the tool. An error is
 // not observable where other errors have the same effect on all points; it has no value then. The covariance is s^2 W
-// W^T with the stated uncertainty of a coordinate and the map W from the deviations to the errors; against a first
-// cycle both add up. Systematic errors of probes and linear axes are not in it: they belong into a budget.
+// W^T with the stated uncertainty of a coordinate and the map W from the deviations to the errors. A cycle without a
+// repeated point has the mean square of the drift of the others in it. Against a first cycle both add up. Systematic
+// errors of probes and linear axes are not in it: they belong into a budget.
 
 #include "metrology/fit/estimates.h"
 #include "metrology/rtest/record.h"

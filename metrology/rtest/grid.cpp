@@ -102,6 +102,7 @@ RTestRecord parse_grid(const std::string& toml, const core::Table& points, const
   const std::string place = record.errors_stated ? root.place("errors") : source;
   root.finish();
   record.cycles = read_cycles(points, record.chain, false);
+  compare_nothing(record);
   if (moved_linear_axes(record).empty()) {
     throw InputError(points.source, "no linear axis that moves",
                      "columns such as X_mm, with points at several positions of a linear axis");

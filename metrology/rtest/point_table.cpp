@@ -137,6 +137,11 @@ std::vector<RTestCycle> read_cycles(const Table& table, const mesh::KinematicCha
 
 bool has_deviations(const Table& table) { return table.find("dx_um") || table.find("dy_um") || table.find("dz_um"); }
 
+void compare_nothing(RTestRecord& record) {
+  record.alone = record.against_first && record.cycles.size() == 1;
+  if (record.alone) record.against_first = false;
+}
+
 void read_common(const Node& root, RTestRecord& record) {
   record.chain = mesh::KinematicChain::parse(root.text("chain"), root.place("chain"));
   read_axes(root, record.chain);

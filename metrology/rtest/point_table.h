@@ -15,6 +15,9 @@ namespace thermotwin::metrology {
 /// @throws InputError: an unknown column, a missing value, time or cycles that run back, no points
 std::vector<RTestCycle> read_cycles(const core::Table& table, const mesh::KinematicChain& chain, bool raw);
 
+/// One cycle has none to be compared with: its errors are against the nominal chain.
+void compare_nothing(RTestRecord& record);
+
 bool has_deviations(const core::Table& table);
 
 /// Chain with the points of its rotary axes, radius of the table, uncertainty, reference, drift and the errors that are

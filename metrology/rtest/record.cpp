@@ -48,7 +48,11 @@ RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, con
   const ProbeSetup setup = probes ? read_probes(*probes) : ProbeSetup();
   root.finish();
   record.cycles = read_cycles(points, record.chain, signals != nullptr);
-  if (signals != nullptr) take_displacements(record, setup, sphere_displacements(*signals, setup, points.rows()));
+  compare_nothing(record);
+  if (signals != nullptr) {
+    record.calibration.emplace();
+    take_displacements(record, setup, sphere_displacements(*signals, setup, points.rows(), &*record.calibration));
+  }
   if (!record.errors_stated) record.errors = usual_errors(record.chain, record.moved_axes());
   if (record.errors.empty()) {
     throw InputError(place, record.errors_stated ? "no error" : "no rotary axis that moves",

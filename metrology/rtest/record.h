@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,9 +42,11 @@ struct RTestRecord {
   double table_radius = 0.3;   ///< m
   double std = 0;              ///< m, of one coordinate
   bool against_first = true, drift = true;
+  bool alone = false;  ///< one cycle: against the nominal chain, whatever the file says
   int harmonics = 0;
   bool table_shift = true;  ///< a shift of the table's surface is estimated beside the errors, see analysis.h
   std::vector<RTestCycle> cycles;
+  std::optional<CalibrationCheck> calibration;  ///< of the probes, where their signals are read
 
   /// @throws InputError: an unknown axis, error or column, a missing value, time or cycles that run back, no points
   static RTestRecord load(const std::filesystem::path& folder);

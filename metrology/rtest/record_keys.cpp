@@ -40,9 +40,10 @@ const KeyTable record_file{
         key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),
         key::number("std_um", "um", positive, required, "Standard uncertainty of one coordinate of a point."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: errors against the first cycle; absolute: against the nominal chain."),
+                  "first: errors against the first cycle; absolute: against the nominal chain, as of a single cycle."),
         key::word("drift", {"repeated", "none"}, "repeated",
-                  "repeated: a linear drift from points that a cycle measures twice; none: no drift is estimated."),
+                  "repeated: a linear drift from points that a cycle measures twice, within 0.5 deg and 3 mm; none: no "
+                  "drift is estimated."),
         key::whole("harmonics", 0, 12, 0.0,
                    "Highest harmonic of the component errors of the axis, from 2; 0 or 1: none is estimated."),
         key::table("probes", probe_keys(), Absent{"deviations in points.csv, or probes as by default"},
@@ -63,9 +64,10 @@ const KeyTable grid_file{
         key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),
         key::number("std_um", "um", positive, required, "Standard uncertainty of one coordinate of a point."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: errors against the first cycle; absolute: against the nominal chain."),
+                  "first: errors against the first cycle; absolute: against the nominal chain, as of a single cycle."),
         key::word("drift", {"repeated", "none"}, "repeated",
-                  "repeated: a linear drift from points that a cycle measures twice; none: no drift is estimated."),
+                  "repeated: a linear drift from points that a cycle measures twice, within 0.5 deg and 3 mm; none: no "
+                  "drift is estimated."),
     }};
 
 }  // namespace

@@ -153,7 +153,10 @@ Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analy
     channel.arrangement = id;
     for (std::size_t i = 0; i < points.poses.size(); ++i)
       channel.points.push_back({points.poses[i], points.weights.row(e).segment<3>(3 * i).transpose()});
+    channel.uncertainty = 0.0;  // of the cycles that are not blank
     for (Index c = 0; c < measurement.data.rows(); ++c) {
+      if (points.of_cycles[c])
+        channel.uncertainty = std::max(channel.uncertainty, analysis.cycles[c].std[e] / core::units::um);
       if (!points.of_cycles[c]) measurement.data.values(c, channel.column) = std::numeric_limits<double>::quiet_NaN();
     }
   }

@@ -85,7 +85,11 @@ TestPoints common_points(const RTestRecord& record, const RTestAnalysis& analysi
   std::vector<Weighted> cycles;
   for (std::size_t c = 0; c < record.cycles.size(); ++c) {
     const MatrixXd& functional = analysis.cycles[c].functional;
-    if (functional.cols() != 3 * std::ssize(record.cycles[c].points)) return {};
+    if (functional.cols() != 3 * std::ssize(record.cycles[c].points)) {
+      TestPoints none;
+      none.too_many = functional.size() == 0;
+      return none;
+    }
     cycles.push_back(thinned(record.cycles[c], functional));
   }
   std::vector<bool> best(cycles.size(), false), seen = best;

@@ -22,6 +22,7 @@ struct TestPoints {
   std::vector<std::string> poses;
   Eigen::MatrixXd weights;      ///< (errors x 3 poses) um or um/m per um; NaN: not observable
   std::vector<bool> of_cycles;  ///< (cycles) whether a cycle has these points and weights
+  bool too_many = false;        ///< a cycle has too many points for CycleResult::functional
   bool empty() const { return poses.empty(); }
 };
 

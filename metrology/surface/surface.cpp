@@ -45,7 +45,7 @@ const core::KeyTable surface_file{
         key::whole("order", 1, 3, 2.0, "1: plane; 2: dome, saddle and twist as well; 3: coma and trefoil as well."),
         key::number("std_um", "um", core::positive, core::required, "Standard uncertainty of a height."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: modes against the first cycle; absolute: heights as measured."),
+                  "first: modes against the first cycle; absolute: heights as measured, as those of a single cycle."),
         key::text("pose", "", "Positions of the machine's axes, such as B=0,C=0, for diagnose."),
     }};
 
@@ -135,6 +135,8 @@ SurfaceRecord SurfaceRecord::parse(const std::string& toml, const Table& points,
   require_pose_text(record.pose, root.place("pose"));
   root.finish();
   record.cycles = read_surface(points, record.radius);
+  record.alone = record.against_first && record.cycles.size() == 1;
+  if (record.alone) record.against_first = false;
   return record;
 }
 

@@ -34,7 +34,8 @@ struct SurfaceRecord {
   int order = 2;        ///< 1: plane; 2: dome, saddle, twist; 3: coma, trefoil
   double std = 0;       ///< m, of a height
   bool against_first = true;
-  std::string pose;  ///< of the machine
+  bool alone = false;  ///< one cycle: as measured, whatever the file says
+  std::string pose;    ///< of the machine
   std::vector<SurfaceCycle> cycles;
 
   /// @throws InputError: an unknown key or column, a missing height, time or cycles that run back, a point beyond the

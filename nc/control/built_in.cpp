@@ -19,6 +19,7 @@ says = "switches to kinematics of the user"
 
 const char* const fanuc_profile = R"(schema = 1
 name = "fanuc"
+dialect = "fanuc"
 [[word]]
 word = "G43.4"
 action = "tcp_on"
@@ -38,7 +39,7 @@ with = "P"
 [[word]]
 word = "G5.1"
 action = "skip"
-with = "QR"
+with = "QRXYZABCUVW"
 [[word]]
 word = "G8"
 action = "skip"
@@ -63,6 +64,10 @@ says = "three-dimensional cutter compensation"
 word = "G42.2"
 action = "refuse"
 says = "three-dimensional cutter compensation"
+[[word]]
+word = "G7"
+action = "refuse"
+says = "switches to diameters in LinuxCNC"
 [[word]]
 word = "G10.9"
 action = "refuse"

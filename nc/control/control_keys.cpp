@@ -62,7 +62,7 @@ const KeyTable limit_table{
     "limits",
     "Where a program is stopped that does not end.",
     {
-        key::number("moves", "1", {1.0, 1e10}, 2e7, "Moves."),
+        key::number("moves", "1", {1.0, 1e10}, Absent{"100 for each line of the program, 1e6 to 2e7"}, "Moves."),
         key::number("lines_without_move", "1", {1.0, 1e10}, 1e6, "Lines in a row that move nothing."),
         key::number("seconds", "s", {1.0, 1e5}, 600.0, "Processor time of the interpreter."),
     }};
@@ -73,8 +73,10 @@ const KeyTable control_file{
     {
         key::schema(),
         key::text("name", Absent{"the file's name"}, "Name in messages."),
-        key::word("dialect", {"rs274", "siemens"}, "rs274",
-                  "Language of the programs: LinuxCNC's, which is near Fanuc's, or that of Sinumerik controls."),
+        key::word("dialect", {"rs274", "fanuc", "siemens"}, "rs274",
+                  "Language of the programs: LinuxCNC's; the same with dwells, feeds and parameters as Fanuc controls "
+                  "mean them; that of Sinumerik controls."),
+        key::flag("block_delete", true, "Lines that begin with / are left out; false: they run."),
         key::number("arc_radius_tolerance_mm", "mm", non_negative, 0.01,
                     "Largest difference between the radii of an arc at its start and end."),
         key::number("blend_tolerance_mm", "mm", positive, 0.02,

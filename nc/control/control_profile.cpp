@@ -125,7 +125,9 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
   root.schema(1);
   ControlProfile profile;
   profile.name = root.text_or("name", fallback);
-  profile.dialect = root.choice_or("dialect", "rs274") == "siemens" ? Dialect::siemens : Dialect::rs274;
+  const std::string dialect = root.choice_or("dialect", "rs274");
+  profile.dialect = dialect == "siemens" ? Dialect::siemens : dialect == "fanuc" ? Dialect::fanuc : Dialect::rs274;
+  profile.block_delete = root.boolean_or("block_delete", true);
   profile.arc_radius_tolerance = root.number("arc_radius_tolerance_mm") * units::mm;
   profile.blend_tolerance = root.number("blend_tolerance_mm") * units::mm;
   profile.block_cycle = root.number("block_cycle_s");
@@ -155,7 +157,9 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
       throw InputError(node.place("number"), fmt::format("work offset {} twice", number), "each work offset once");
   }
   if (const auto limits = root.table_if("limits")) {
-    profile.moves = limits->number("moves");
+    const double moves = limits->number_or("moves", 0.0);
+    profile.moves_stated = moves > 0.0;
+    profile.moves = profile.moves_stated ? moves : 2e7;
     profile.lines_without_move = limits->number("lines_without_move");
     profile.seconds = limits->number("seconds");
     limits->finish();

@@ -42,7 +42,7 @@ struct AxisLimits {
 };
 
 /// The language of a program.
-enum class Dialect { rs274, siemens };
+enum class Dialect { rs274, fanuc, siemens };
 
 struct ControlProfile {
   std::string name;
@@ -50,9 +50,11 @@ struct ControlProfile {
   double arc_radius_tolerance = 0, blend_tolerance = 0;         ///< m
   double block_cycle = 0;                                       ///< s, shortest time of a path element
   bool overlaps_corners = false;                                ///< see planner.h
+  bool block_delete = true;                                     ///< lines that begin with / are left out
   int look_ahead = 0;                                           ///< path elements
   double tool_change = 0, program_stop = 0, spindle_start = 0;  ///< s
   double moves = 0, lines_without_move = 0, seconds = 0;
+  bool moves_stated = false;  ///< else they are limited by the lines of the program as well
   std::vector<WordRule> words;
   std::vector<Tool> tools;
   std::vector<WorkOffset> work_offsets;

@@ -17,6 +17,11 @@ namespace {
 bool is_alpha(unsigned char c) { return std::isalpha(c) != 0 || c == '_' || c == '$'; }
 bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
 bool is_operator(char c) { return c == '+' || c == '-' || c == '*' || c == '/'; }
+/// MOD and DIV are operators as well.
+bool is_named_operator(std::string_view text) {
+  const std::string name = core::upper(text.substr(0, 3));
+  return (name == "MOD" || name == "DIV") && (text.size() == 3 || !is_alpha(text[3]));
+}
 
 class LineReader {
 public:
@@ -38,11 +43,8 @@ public:
         continue;
       }
       if (!is_alpha(peek())) refuse(std::string(text_.substr(at_)));
+      if (line.statements.empty() && skip_label()) continue;
       SiemensStatement statement = read_statement();
-      if (peek() == ':' && !statement.assigned && statement.value.empty() && !statement.called) {
-        ++at_;  // a label
-        continue;
-      }
       if (statement.name != "N") line.statements.push_back(std::move(statement));
     }
     return line;
@@ -56,6 +58,15 @@ private:
   }
   [[noreturn]] void refuse(const std::string& value) const {
     throw InputError(place_, "'" + value + "'", "words such as X10, X=AC(5), CR=5, TRANS X10, TRAORI");
+  }
+
+  /// L1: and START_2: mark a block.
+  bool skip_label() {
+    std::size_t end = at_;
+    while (end < text_.size() && (is_alpha(text_[end]) || is_digit(text_[end]))) ++end;
+    if (end == text_.size() || text_[end] != ':') return false;
+    at_ = end + 1;
+    return true;
   }
 
   SiemensStatement read_statement() {
@@ -108,8 +119,10 @@ private:
         statement.value += read_quoted();
       } else if (peek() == ' ' || peek() == '\t' || peek() == '\r') {
         skip_blanks();
-        const bool open = !statement.value.empty() && is_operator(statement.value.back());
-        if (ended() || !(open || is_operator(peek()))) break;
+        const std::string& value = statement.value;
+        const bool open = !value.empty() && (is_operator(value.back()) ||
+                                             (value.size() > 3 && is_named_operator(value.substr(value.size() - 3))));
+        if (ended() || !(open || is_operator(peek()) || is_named_operator(text_.substr(at_)))) break;
       } else {
         statement.value += peek();
         ++at_;

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "nc/dialect/tcp_marker.h"
 
 namespace thermotwin::nc {
@@ -25,12 +26,12 @@ constexpr std::size_t longest_line = 254;
 /// Statements without an effect on the path's geometry as far as `nc` computes it.
 const std::set<std::string, std::less<>>& skipped_keywords() {
   static const std::set<std::string, std::less<>> names{
-      "STOPRE",   "MSG",     "FFWON",    "FFWOF",      "SOFT",        "BRISK",     "DRIVE",   "COMPOF",   "COMPON",
-      "COMPCURV", "COMPCAD", "COMPSURF", "UPATH",      "SPATH",       "FGROUP",    "FNORM",   "ORIAXES",  "ORIMKS",
-      "ORIWKS",   "OSOF",    "RTLION",   "RTLIOF",     "CFC",         "CFTCP",     "CFIN",    "KONT",     "NORM",
-      "WALIMON",  "WALIMOF", "LFON",     "LFOF",       "SPCON",       "SPCOF",     "SPOS",    "SPOSA",    "DIAMOF",
-      "DYNNORM",  "DYNPOS",  "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",   "DYNPREC",   "ADISPOS", "FIFOCTRL", "STARTFIFO",
-      "PREPRO",   "SETMS",   "CYCLE832", "WORKPIECE",  "GROUP_BEGIN", "GROUP_END", "LIMS",    "CDOF",     "CDON",
+      "STOPRE",   "MSG",      "FFWON",      "FFWOF",       "SOFT",      "BRISK",   "DRIVE",    "COMPOF",    "COMPON",
+      "COMPCURV", "COMPCAD",  "COMPSURF",   "UPATH",       "SPATH",     "FNORM",   "ORIAXES",  "ORIMKS",    "ORIWKS",
+      "OSOF",     "RTLION",   "RTLIOF",     "CFC",         "CFTCP",     "CFIN",    "KONT",     "NORM",      "WALIMON",
+      "WALIMOF",  "LFON",     "LFOF",       "SPCON",       "SPCOF",     "SPOS",    "SPOSA",    "DIAMOF",    "DYNNORM",
+      "DYNPOS",   "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",   "DYNPREC",   "ADISPOS", "FIFOCTRL", "STARTFIFO", "PREPRO",
+      "SETMS",    "CYCLE832", "WORKPIECE",  "GROUP_BEGIN", "GROUP_END", "LIMS",    "CDOF",     "CDON",
   };
   return names;
 }
@@ -53,6 +54,12 @@ std::string number_text(double value) {
   return text == "-0" ? "0" : text;
 }
 
+/// Declarations, and limits of the spindle or the working area, which are blocks of their own.
+bool without_effect(const SiemensLine& line) {
+  const SiemensStatement& first = line.statements.front();
+  return first.name == "EXTERN" || (first.name == "G" && (first.value == "25" || first.value == "26"));
+}
+
 int axis_of(const std::string& name) {
   const auto found = name.size() == 1 ? std::find(letters.begin(), letters.end(), name[0]) : letters.end();
   return found == letters.end() ? -1 : found - letters.begin();
@@ -60,15 +67,17 @@ int axis_of(const std::string& name) {
 
 }  // namespace
 
-SiemensReader::SiemensReader(const ControlProfile& control, int axis_mask, std::string name)
+SiemensReader::SiemensReader(const ControlProfile& control, int axis_mask, std::string name, const Nine& start)
     : control_(control),
       mask_(axis_mask),
-      name_(std::move(name)) {}
+      name_(std::move(name)) {
+  for (int i = 0; i < 9; ++i) turned_[i] = start[i] / core::units::deg;
+}
 
 std::string SiemensReader::translate(std::string_view line, std::size_t number) {
   place_ = fmt::format("{}:{}", name_, number);
   const SiemensLine parsed = parse_siemens_line(line, place_);
-  if (parsed.statements.empty()) return "";
+  if (parsed.statements.empty() || without_effect(parsed)) return "";
   static const std::set<std::string, std::less<>> frames{"TRANS", "ATRANS", "ROT",    "AROT",   "ROTS",
                                                          "AROTS", "SCALE",  "ASCALE", "MIRROR", "AMIRROR"};
   std::string text;
@@ -88,6 +97,9 @@ std::string SiemensReader::translate(std::string_view line, std::size_t number) 
 }
 
 void SiemensReader::statement(const SiemensStatement& statement, Block& block) {
+  // Without arguments, or with the empty name of a swivel data set, it ends the tilt.
+  const std::string arguments = statement.arguments;
+  if (statement.name == "CYCLE800" && (core::trimmed(arguments).empty() || core::trimmed(arguments) == "0")) return;
   if (by_profile(statement, block)) return;
   const std::string& name = statement.name;
   if (name == "G") return g_word(statement, block);
@@ -128,6 +140,7 @@ bool SiemensReader::by_profile(const SiemensStatement& statement, Block& block) 
 void SiemensReader::g_word(const SiemensStatement& statement, Block& block) {
   const int number = whole(statement);
   if (same_words().count(number) > 0) {
+    if (number >= 93 && number <= 95) inverse_time_ = number == 93;
     block.words.push_back(fmt::format("G{}", number));
   } else if (number == 4) {
     block.dwell = true;
@@ -135,15 +148,36 @@ void SiemensReader::g_word(const SiemensStatement& statement, Block& block) {
   } else if (number == 90 || number == 91) {
     absolute_ = number == 90;
   } else if (number == 70 || number == 700 || number == 71 || number == 710) {
-    const bool inch = number % 10 == 0;
-    for (int i = 0; i < 9; ++i)
-      if (inch != inch_ && !is_angle(i)) shift_[i] *= inch ? 1.0 / mm_per_inch : mm_per_inch;
-    if (inch != inch_) forget_places();
-    inch_ = inch;
-    block.words.emplace_back(inch ? "G20" : "G21");
+    unit_g(number, block);
   } else if (skipped_words().count(number) == 0 && !frame_g(number, block) && !path_g(number, block)) {
     refuse_unknown(statement);
   }
+}
+
+void SiemensReader::unit_g(int number, Block& block) {
+  const bool inch = number == 70 || number == 700;
+  for (int i = 0; i < 9; ++i)
+    if (inch != inch_ && !is_angle(i)) shift_[i] *= inch ? 1.0 / mm_per_inch : mm_per_inch;
+  if (inch != inch_) forget_places();
+  inch_ = inch;
+  feed_in_inch_ = number == 700;
+  block.unit = true;
+  block.words.emplace_back(inch ? "G20" : "G21");
+}
+
+/// LinuxCNC counts F in the unit of lengths. A feed that holds on stays the same speed when the unit changes.
+void SiemensReader::add_feed(Block& block) {
+  const auto text = [this](double mm) { return "F" + number_text(inch_ ? mm / mm_per_inch : mm); };
+  if (block.feed) {
+    feed_ = feed_in_inch_ && !inverse_time_ ? *block.feed * mm_per_inch : *block.feed;
+    const std::string word = inverse_time_ ? "F" + number_text(*block.feed) : text(*feed_);
+    block.words.insert(block.words.begin() + std::min(block.feed_at, block.words.size()), word);
+  } else if (block.unit && feed_ && !inverse_time_ && inch_ != written_feed_in_inch_) {
+    block.words.push_back(text(*feed_));
+  } else {
+    return;
+  }
+  written_feed_in_inch_ = inch_;
 }
 
 bool SiemensReader::frame_g(int number, Block& block) {
@@ -161,6 +195,7 @@ bool SiemensReader::frame_g(int number, Block& block) {
         throw InputError(place_, "G500 beside work offset 9 of the control profile", "work offsets 1 to 8, or no G500");
   }
   block.words.emplace_back(number == 500 ? "G59.3" : found->second);
+  work_ = number == 500 ? 9 : number < 500 ? number - 53 : number - 500;
   forget_places();
   return true;
 }
@@ -237,7 +272,12 @@ void SiemensReader::letter(const SiemensStatement& statement, Block& block) {
       block.words.push_back("S" + number_text(speed));
     }
   } else if (name == 'F') {
-    block.words.push_back((block.dwell ? "P" : "F") + number_text(plain(statement)));
+    if (block.dwell) {
+      block.words.push_back("P" + number_text(plain(statement)));
+    } else {
+      block.feed = plain(statement);
+      block.feed_at = block.words.size();
+    }
   } else if (name != 'H') {
     refuse_unknown(statement);
   }
@@ -262,6 +302,11 @@ void SiemensReader::keyword(const SiemensStatement& statement, Block& block) {
   } else if (name == "TRAFOOF") {
     block.tcp = tcp_off_marker;
     forget_places();
+  } else if (name == "FGROUP") {
+    std::string axes = core::upper(statement.arguments);
+    axes.erase(std::remove_if(axes.begin(), axes.end(), [](char c) { return c == ' ' || c == ','; }), axes.end());
+    std::sort(axes.begin(), axes.end());
+    if (!axes.empty() && axes != "XYZ") refuse(statement, "FGROUP() or FGROUP(X, Y, Z): F counts along these axes");
   } else if (name == "RET") {
     block.words.emplace_back("M2");
   } else if (skipped_keywords().count(name) == 0) {
@@ -298,6 +343,7 @@ std::string SiemensReader::written(Block& block) {
     add(path_mode());
     exact_stop_once_ = false;
   }
+  add_feed(block);
   for (const std::string& word : block.words) add(word);
   add_tool_length(block, text);
   add_centre(block, text);
@@ -335,12 +381,27 @@ void SiemensReader::add_centre(const Block& block, std::string& text) {
 double SiemensReader::shortest(int axis, const SiemensValue& value) const {
   if (!is_angle(axis))
     throw InputError(place_, fmt::format("DC, ACP or ACN of {}", letters[axis]), "rotary axes: A, B, C");
-  if (!at_[axis]) return value.number;
-  const double turns = (*at_[axis] - value.number) / 360.0;
+  constexpr double same = 1e-9;  // deg: there already
+  const double turns = (turned_[axis] - frame_of(axis) - value.number) / 360.0;
   const double whole = value.sense == SiemensSense::shortest   ? std::round(turns)
-                       : value.sense == SiemensSense::positive ? std::ceil(turns)
-                                                               : std::floor(turns);
+                       : value.sense == SiemensSense::positive ? std::ceil(turns - same)
+                                                               : std::floor(turns + same);
   return value.number + 360.0 * whole;
+}
+
+/// deg, from the machine's zero to the program's
+double SiemensReader::frame_of(int axis) const {
+  double sum = shift_[axis];
+  for (const WorkOffset& offset : control_.work_offsets)
+    if (offset.number == work_) sum += offset.offset[axis] / core::units::deg;
+  return sum;
+}
+
+void SiemensReader::turn_to(int axis, const SiemensValue& value, bool machine) {
+  if (value.sense == SiemensSense::incremental)
+    turned_[axis] += value.number;
+  else
+    turned_[axis] = value.number + (machine ? 0.0 : frame_of(axis));
 }
 
 void SiemensReader::add_axes(Block& block, std::string& text) {
@@ -379,6 +440,7 @@ void SiemensReader::add_axes(Block& block, std::string& text) {
                           : as_absolute              ? *at_[i] + value.number
                                                      : value.number - *at_[i];
     text += fmt::format(" {}{}", letters[i], number_text(number));
+    turn_to(i, value, block.machine);
     if (block.machine) {
       at_[i].reset();
     } else if (is_absolute) {

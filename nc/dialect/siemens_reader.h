@@ -2,8 +2,10 @@
 #pragma once
 // Programs of Sinumerik controls for LinuxCNC's interpreter, line by line: motion (G0 to G3, CR, TURN, AC, IC, DC, ACP,
 // ACN, R parameters), dwells, planes, frames by TRANS, ATRANS and G54 to G59.2 (G505 to G508), tools, spindle, fluid,
-// TRAORI and TRAFOOF. A statement that is neither known nor in the control profile is refused with its line: jumps,
-// loops, cycles, subprograms, ROT, SCALE, MIRROR, tool vectors, splines, polar coordinates.
+// TRAORI and TRAFOOF. G70 and G71 are the unit of lengths, G700 and G710 that of F as well; F is else in mm, as the
+// basic system is metric. DC, ACP and ACN count from where the axis is, at first from the start position. A statement
+// that is neither known nor in the control profile is refused with its line: jumps, loops, cycles, subprograms, ROT,
+// SCALE, MIRROR, tool vectors, splines, polar coordinates.
 
 #include <array>
 #include <map>
@@ -22,8 +24,8 @@ class SiemensReader {
 public:
   /// @param control  words and tools; must outlive the reader
   /// @param axis_mask  letters of the machine's axes, bit 0: X
-  /// @param name  of the program, for messages
-  SiemensReader(const ControlProfile& control, int axis_mask, std::string name);
+  /// @param name  of the program, for messages  @param start  of the axes before the program, m and rad
+  SiemensReader(const ControlProfile& control, int axis_mask, std::string name, const Nine& start = Nine::Zero());
 
   /// @return the line as LinuxCNC's interpreter reads it, without an end; may be empty
   /// @throws InputError (file:line)
@@ -38,6 +40,9 @@ private:
     std::array<std::optional<SiemensValue>, 3> centre;
     bool dwell = false, machine = false, path_mode = false, tool_change = false, tool = false, edge = false;
     std::string tcp;  ///< marker
+    std::optional<double> feed;
+    std::size_t feed_at = 0;  ///< its place among the words
+    bool unit = false;        ///< G70, G71, G700, G710
   };
 
   void statement(const SiemensStatement& statement, Block& block);
@@ -51,10 +56,14 @@ private:
   void tool(const SiemensStatement& statement, Block& block);
   std::string frame(const std::vector<SiemensStatement>& statements);
   std::string written(Block& block);
+  void unit_g(int number, Block& block);
+  void add_feed(Block& block);
   void add_axes(Block& block, std::string& text);
   void add_centre(const Block& block, std::string& text);
   void add_tool_length(const Block& block, std::string& text);
   double shortest(int axis, const SiemensValue& value) const;
+  double frame_of(int axis) const;
+  void turn_to(int axis, const SiemensValue& value, bool machine);
   void forget_places();
   std::string path_mode() const;
   SiemensValue value(const SiemensStatement& statement) const;
@@ -69,6 +78,10 @@ private:
   SiemensParameters parameters_;
   std::array<std::optional<double>, 9> at_;  ///< programmed places, program units and deg
   std::array<double, 9> shift_{};            ///< of TRANS and ATRANS, program units and deg
+  std::array<double, 9> turned_{};           ///< deg, of the rotary axes in the machine
+  int work_ = 1;                             ///< number of the work offset in use
+  std::optional<double> feed_;               ///< as programmed last, in the unit that held then; mm or inch
+  bool feed_in_inch_ = false, written_feed_in_inch_ = false, inverse_time_ = false;
   bool absolute_ = true, written_absolute_ = true, centre_absolute_ = false, inch_ = false;
   bool edge_ = true, tool_in_ = false, next_tool_ = false;  ///< D1; a tool in the spindle; one is called
   int path_ = 0;      ///< 0 as the control starts, 60 exact stop, 64, 641 with adis_

@@ -90,10 +90,11 @@ private:
     return text_.substr(at_, end - at_);
   }
   [[noreturn]] void refuse() const {
-    throw InputError(place_, "the value '" + text_ + "'",
-                     fmt::format("a number up to {:g}, or an expression of numbers, R parameters, + - * /, brackets, "
-                                 "SIN, COS, TAN, ASIN, ACOS, ATAN2, SQRT, ABS, POT, TRUNC, ROUND, ROUNDUP, LN, EXP",
-                                 largest));
+    throw InputError(
+        place_, "the value '" + text_ + "'",
+        fmt::format("a number up to {:g}, or an expression of numbers, R parameters, + - * / DIV MOD, brackets, "
+                    "SIN, COS, TAN, ASIN, ACOS, ATAN2, SQRT, ABS, POT, TRUNC, ROUND, ROUNDUP, LN, EXP",
+                    largest));
   }
 
   double sum(int depth) {
@@ -108,12 +109,21 @@ private:
   }
   double product(int depth) {
     double value = factor(depth);
-    for (char c = peek(); c == '*' || c == '/'; c = peek()) {
-      ++at_;
-      const double next = factor(depth);
-      value = c == '*' ? value * next : value / next;
+    for (;;) {
+      const char c = peek();
+      const std::string word = word_here();
+      if (c == '*' || c == '/') {
+        ++at_;
+        const double next = factor(depth);
+        value = c == '*' ? value * next : value / next;
+      } else if (word == "MOD" || word == "DIV") {
+        at_ += word.size();
+        const double next = factor(depth);
+        value = word == "MOD" ? std::fmod(value, next) : std::trunc(value / next);
+      } else {
+        return value;
+      }
     }
-    return value;
   }
   double factor(int depth) {
     if (depth > deepest) refuse();

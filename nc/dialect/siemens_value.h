@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Values of a Siemens program: numbers, R parameters, + - * / with their precedence, brackets and functions.
+// Values of a Siemens program: numbers, R parameters, + - * / DIV MOD with their precedence, brackets and functions.
 
 #include <map>
 #include <string>

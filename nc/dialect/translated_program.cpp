@@ -24,10 +24,10 @@ std::filesystem::path temporary_folder() {
 }
 
 void translate(const std::filesystem::path& from, const std::filesystem::path& to, const ControlProfile& control,
-               int axis_mask) {
+               int axis_mask, const Nine& start) {
   std::ifstream in(from, std::ios::binary);
   std::ofstream out(to, std::ios::binary);
-  SiemensReader reader(control, axis_mask, from.string());
+  SiemensReader reader(control, axis_mask, from.string(), start);
   std::size_t number = 0;
   for (std::string line; std::getline(in, line);) {
     constexpr std::size_t between_looks = 4096;
@@ -41,10 +41,11 @@ void translate(const std::filesystem::path& from, const std::filesystem::path& t
 
 }  // namespace
 
-TranslatedProgram::TranslatedProgram(const std::filesystem::path& program, const ControlProfile& control, int axis_mask)
+TranslatedProgram::TranslatedProgram(const std::filesystem::path& program, const ControlProfile& control, int axis_mask,
+                                     const Nine& start)
     : folder_(temporary_folder()) {
   try {
-    translate(program, path(), control, axis_mask);
+    translate(program, path(), control, axis_mask, start);
   } catch (...) {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);

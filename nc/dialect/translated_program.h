@@ -11,9 +11,10 @@ namespace thermotwin::nc {
 
 class TranslatedProgram {
 public:
-  /// @param axis_mask  letters of the machine's axes, bit 0: X
+  /// @param axis_mask  letters of the machine's axes, bit 0: X  @param start  of the axes before it, m and rad
   /// @throws InputError (file:line) where the dialect's reader refuses the program
-  TranslatedProgram(const std::filesystem::path& program, const ControlProfile& control, int axis_mask);
+  TranslatedProgram(const std::filesystem::path& program, const ControlProfile& control, int axis_mask,
+                    const Nine& start);
   ~TranslatedProgram();
   TranslatedProgram(const TranslatedProgram&) = delete;
   TranslatedProgram& operator=(const TranslatedProgram&) = delete;

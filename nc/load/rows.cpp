@@ -33,8 +33,9 @@ std::pair<double, double> range_of(const mesh::Axis& axis, const Row& row, Eigen
 
 }  // namespace
 
-RowBuilder::RowBuilder(Positions start, double interval, std::function<void(const Row&)> take)
+RowBuilder::RowBuilder(Positions start, double interval, ProcessHeat& process, std::function<void(const Row&)> take)
     : interval_(interval),
+      process_(process),
       take_(std::move(take)),
       at_(std::move(start)) {
   travel_ = Positions::Zero(at_.size());
@@ -44,17 +45,21 @@ RowBuilder::RowBuilder(Positions start, double interval, std::function<void(cons
 void RowBuilder::begin() {
   const double from = row_.to;
   row_ = Row{};
+  fastest_rpm_ = 0.0;
   row_.from = row_.to = from;
   row_.travel = Positions::Zero(at_.size());
   row_.low = row_.high = row_.end = at_;
+  row_.process_W = Eigen::VectorXd::Zero(std::ssize(process_.drives()));
 }
 
 void RowBuilder::close(double to) {
   row_.to = to;
   const double duration = to - row_.from;
   if (!(duration > 0.0)) return;
-  row_.spindle_rpm /= duration;
+  // No mean is above its largest value, whatever the rounding: the machine may allow no more.
+  row_.spindle_rpm = std::min(row_.spindle_rpm / duration, fastest_rpm_);
   row_.fluid = std::min(1.0, row_.fluid / duration);
+  row_.process_W /= duration;
   row_.end = at_;
   travel_ += row_.travel;
   take_(row_);
@@ -64,8 +69,11 @@ void RowBuilder::close(double to) {
 void RowBuilder::stretch(const Timed& timed, double from, double to) {
   const Element& element = timed.element;
   const double duration = to - from;
-  row_.spindle_rpm += std::abs(element.state.spindle_rpm) * duration;
+  const double rpm = std::abs(element.state.spindle_rpm);
+  row_.spindle_rpm += rpm * duration;
+  fastest_rpm_ = std::max(fastest_rpm_, rpm);
   if (element.state.flood || element.state.mist) row_.fluid += duration;
+  process_.add(timed, from, to, row_.process_W);
   if (element.pause > 0.0) return;
   // Exactly whole: sums of times carry rounding.
   const double u0 = from > timed.start ? timed.share_at(from - timed.start) : 0.0,
@@ -92,9 +100,10 @@ void RowBuilder::add(const Timed& timed) {
 
 void RowBuilder::finish() { close(row_.to); }
 
-std::string rows_header(const mesh::Machine& machine) {
+std::string rows_header(const mesh::Machine& machine, const std::vector<std::string>& drives) {
   std::string text =
       fmt::format("# machine {} {}\ntime_s,spindle.speed_rpm,cutting_fluid.on", machine.name, machine.hash);
+  for (const std::string& drive : drives) text += fmt::format(",{}.power_W", drive);
   for (const mesh::Axis& axis : machine.axes) {
     const char* unit = unit_name(axis);
     text +=
@@ -103,8 +112,10 @@ std::string rows_header(const mesh::Machine& machine) {
   return text + "\n";
 }
 
-std::string first_row_text(const mesh::Machine& machine, const Positions& start, double clock) {
+std::string first_row_text(const mesh::Machine& machine, const std::vector<std::string>& drives, const Positions& start,
+                           double clock) {
   std::string text = fmt::format("{},0,0", clock);
+  for (std::size_t i = 0; i < drives.size(); ++i) text += ",0";
   for (std::size_t i = 0; i < machine.axes.size(); ++i)
     text += fmt::format(",{},0,,", start[i] / unit_of(machine.axes[i]));
   return text + "\n";
@@ -112,6 +123,7 @@ std::string first_row_text(const mesh::Machine& machine, const Positions& start,
 
 std::string row_text(const mesh::Machine& machine, const Row& row, double clock) {
   std::string text = fmt::format("{},{},{}", clock + row.to, row.spindle_rpm, row.fluid);
+  for (const double power : row.process_W) text += fmt::format(",{}", power);
   for (std::size_t k = 0; k < machine.axes.size(); ++k) {
     const Eigen::Index i = k;
     const mesh::Axis& axis = machine.axes[k];
@@ -124,7 +136,8 @@ std::string row_text(const mesh::Machine& machine, const Row& row, double clock)
   return text + "\n";
 }
 
-Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std::string>& names, const Row& row) {
+Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std::string>& names,
+                             const std::vector<std::string>& drives, const Row& row) {
   Eigen::VectorXd values = Eigen::VectorXd::Constant(std::ssize(names), std::numeric_limits<double>::quiet_NaN());
   const auto set = [&](const std::string& name, double value) {
     const auto found = std::find(names.begin(), names.end(), name);
@@ -132,6 +145,7 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
   };
   set("spindle.speed_rpm", row.spindle_rpm);
   set("cutting_fluid.on", row.fluid);
+  for (Eigen::Index i = 0; i < row.process_W.size(); ++i) set(drives[i] + ".power_W", row.process_W[i]);
   for (std::size_t k = 0; k < machine.axes.size(); ++k) {
     const Eigen::Index i = k;
     const mesh::Axis& axis = machine.axes[k];
@@ -148,8 +162,10 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
   return values;
 }
 
-LoadText::LoadText(const mesh::Machine& machine, const std::string& title, double initial_C, const Positions& start)
-    : machine_(machine) {
+LoadText::LoadText(const mesh::Machine& machine, const std::vector<std::string>& drives, const std::string& title,
+                   double initial_C, const Positions& start)
+    : machine_(machine),
+      drives_(drives) {
   head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = {}\ninitial_C = {}\n",
                       core::json_text(title), initial_C);
   phases_ = "[position]\n";
@@ -163,6 +179,8 @@ void LoadText::add(const Row& row) {
   const double duration = row.to - row.from;
   phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration,
                          row.spindle_rpm, row.fluid >= 0.5 ? "true" : "false");
+  for (Eigen::Index i = 0; i < row.process_W.size(); ++i)
+    phases_ += fmt::format("\"{}_W\" = {}\n", drives_[i], row.process_W[i]);
   for (std::size_t k = 0; k < machine_.axes.size(); ++k) {
     const Eigen::Index i = k;
     const mesh::Axis& axis = machine_.axes[k];

@@ -21,8 +21,9 @@ std::unique_ptr<compensation::OnlineModel> cold_model(const reduction::ReducedMo
   return std::make_unique<compensation::Compensator>(model, settings);
 }
 
-Row standing_at(const Positions& start) {
+Row standing_at(const Positions& start, const std::vector<std::string>& drives) {
   Row standing;
+  standing.process_W = Eigen::VectorXd::Zero(std::ssize(drives));
   standing.to = 1.0;
   standing.travel = Positions::Zero(start.size());
   standing.low = standing.high = standing.end = start;
@@ -121,8 +122,8 @@ Predictor::Predictor(const reduction::ReducedModel& model, std::unique_ptr<Prese
       options_(options),
       drift_(options.parts > 1 ? std::make_unique<CycleDrift>(model) : nullptr),
       take_(std::move(take)) {
-  const Row standing = standing_at(start);
-  const Eigen::VectorXd row = row_channels(model.machine, online_.channels().names(), standing);
+  const Row standing = standing_at(start, options.drives);
+  const Eigen::VectorXd row = row_channels(model.machine, online_.channels().names(), options_.drives, standing);
   if (present_)
     present_->stand_until_start(row);
   else
@@ -174,7 +175,7 @@ void Predictor::predict_samples(double until) {
 }
 
 void Predictor::row(const Row& row) {
-  const Eigen::VectorXd channels = row_channels(model_.machine, online_.channels().names(), row);
+  const Eigen::VectorXd channels = row_channels(model_.machine, online_.channels().names(), options_.drives, row);
   const Eigen::VectorXd before = drift_ ? online_.state() : Eigen::VectorXd();
   step(row.to, channels);
   if (row.to - row.from < options_.interval * (1.0 - 1e-9)) end_short_step(row, channels);

@@ -19,10 +19,11 @@
 namespace thermotwin::nc {
 
 struct PredictionOptions {
-  double start_C = 20.0;   ///< uniform temperature of the machine before the program
-  double interval = 10.0;  ///< s, of the rows
-  int parts = 1;           ///< runs of the program
-  void validate() const;   ///< @throws InputError
+  double start_C = 20.0;              ///< uniform temperature of the machine before the program
+  double interval = 10.0;             ///< s, of the rows
+  int parts = 1;                      ///< runs of the program
+  std::vector<std::string> drives{};  ///< of the process, see Row::process_W
+  void validate() const;              ///< @throws InputError
 };
 
 /// The error field over the rows that moves may still ask for.
@@ -96,6 +97,7 @@ public:
 
   void add(const Timed& timed);  ///< before the row that ends after it
   void row(const Row& row);
+  const ErrorField& field() const { return field_; }  ///< it has the last row
   const std::vector<std::string>& axes() const { return field_.axes(); }
   const compensation::OffsetLimits& limits() const { return online_.limits(); }
 

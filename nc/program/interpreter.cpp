@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
@@ -58,6 +60,8 @@ std::string job_text(const InterpreterOptions& options, const ControlProfile& co
   std::string job = fmt::format("program {}\nfolder {}\nmoves {:.0f}\nidle_blocks {:.0f}\nseconds {:.0f}\naxes {}\n",
                                 program.string(), folder.string(), control.moves, control.lines_without_move,
                                 control.seconds, options.axis_mask);
+  job += fmt::format("fanuc {:d}\nblock_delete {:d}\nopen_end {:d}\n", control.dialect == Dialect::fanuc,
+                     control.block_delete, options.open_end);
   job += "start" + nine_text(options.start) + "\n";
   for (const WorkOffset& offset : control.work_offsets)
     job += fmt::format("work {}{} {:.12g}\n", offset.number, nine_text(offset.offset), offset.rotation / units::deg);
@@ -169,12 +173,17 @@ private:
 };
 
 /// A program is text: it has neither control characters nor lines that the interpreter cuts.
-void require_text(const std::filesystem::path& path) {
+struct LineCount {
+  long all = 0, deletable = 0;  ///< deletable: they begin with /
+};
+
+LineCount require_text(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), "cannot be read", "an NC program");
   std::vector<char> part(1U << 16U);
   std::size_t line = 1, length = 0;
-  bool blank = true;
+  long deletable = 0;
+  bool blank = true, begins = true;
   constexpr std::size_t longest = 254;
   while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
     for (const char letter : std::string_view(part.data(), in.gcount())) {
@@ -183,6 +192,8 @@ void require_text(const std::filesystem::path& path) {
       if (c < 32 && c != '\t' && c != '\n' && c != '\r' && c != end_of_text)
         throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),
                          "text: an NC program has no control characters");
+      if (begins && c == '/') ++deletable;
+      begins = c == '\n' || (begins && c <= ' ');
       length = c == '\n' ? 0 : length + 1;
       blank = blank && (c <= ' ' || c == end_of_text);
       if (length > longest)
@@ -192,6 +203,7 @@ void require_text(const std::filesystem::path& path) {
     }
   }
   if (blank) throw InputError(path.string(), "an empty file", "an NC program, which ends with M2, M30 or %");
+  return {std::lround(1.0 * line), deletable};
 }
 
 /// What is allowed where the interpreter refuses a line, by its words.
@@ -212,11 +224,33 @@ std::string allowed_for(const std::string& says, const ControlProfile& control) 
       {"same modal group", "one G or M word of each modal group in a line"},
       {"divide by zero", "a divisor other than 0"},
       {"no percent sign", "M2 or M30 as the last line that runs, or % in the first and last line"},
-      {"seeking o-word", "subprograms in the program or in files of its folder (--folder)"},
-      {"spline", "lines and arcs: G0, G1, G2, G3"}};
+      {"seeking o-word", "subprograms in the program or in files of its folder (--folder): o1001.ngc for O1001"},
+      {"spline", "lines and arcs: G0, G1, G2, G3"},
+      {"Failed to find sub", "subprograms in the program or in files of its folder (--folder): o1001.ngc for O1001"},
+      {"unary operation", "expressions in square brackets with +, -, *, /, MOD, SIN[...]; O-words for jumps and loops"},
+      {"Unknown word starting with", "O-words for branches and loops (o1 if [#1 gt 2]), which this interpreter knows"},
+      {"word with no", "words in a line with a G or M word that uses them"},
+      {"Unknown g code", "G words of LinuxCNC; a [[word]] of the control profile skips or replaces another one"},
+      {"Unknown m code", "M words of LinuxCNC; a [[word]] of the control profile skips or replaces another one"},
+      {"Bad character '+'", "expressions in square brackets: X[#1+2]"},
+      {"Bad character '*'", "expressions in square brackets: X[#1*2]"},
+      {"Bad character '%'", "% in the first and last line"},
+      {"Bad character", "words with the letters of this machine's axes, comments in brackets, one block in a line"},
+      {"two g codes that both use axis values", "one of them in a line"},
+      {"Nested comment", "comments without brackets inside"},
+      {"Unclosed comment", "comments that end with ')' in their line"},
+      {"Parameter number out of range", "parameters #1 to #5602"},
+      {"Named parameter", "named parameters that the program sets before"}};
   for (const auto& [words, allowed] : remedies)
     if (says.find(words) != std::string::npos) return allowed;
   return "the words that LinuxCNC's interpreter and the control profile '" + control.name + "' know";
+}
+
+/// A loop without an end is found soon where the program is short.
+ControlProfile limited(ControlProfile control, long lines) {
+  constexpr double of_a_line = 100, least = 1e6;
+  if (!control.moves_stated) control.moves = std::min(control.moves, std::max(least, of_a_line * lines));
+  return control;
 }
 
 [[noreturn]] void refuse(const Record& error, const std::string& file, const std::filesystem::path& folder,
@@ -224,7 +258,12 @@ std::string allowed_for(const std::string& says, const ControlProfile& control) 
   const std::string place = fmt::format("{}:{}", file, std::max<std::uint32_t>(error.line, 1));
   const std::string text(error.text);
   switch (static_cast<Stop>(error.index)) {
-    case Stop::program: throw InputError(place, text, allowed_for(text, control));
+    case Stop::program: {
+      // The reason, and behind a tab what is allowed.
+      const std::size_t tab = text.find('\t');
+      if (tab != std::string::npos) throw InputError(place, text.substr(0, tab), text.substr(tab + 1));
+      throw InputError(place, text, allowed_for(text, control));
+    }
     case Stop::file:
       throw InputError(place, "the file " + text + " is outside of the folder, or cannot be read",
                        "programs and subprograms below " + folder.string());
@@ -254,16 +293,18 @@ std::filesystem::path find_helper() {
   return {};
 }
 
-void interpret(const InterpreterOptions& options, const ControlProfile& control,
+long interpret(const InterpreterOptions& options, const ControlProfile& given,
                const std::function<void(const Record&)>& take) {
   const std::filesystem::path helper = options.helper.empty() ? find_helper() : options.helper;
   if (helper.empty())
     throw core::UsageError(
         "nc: LinuxCNC's interpreter (thermotwin_rs274) is not beside this program; install the package thermotwin-nc, "
         "or build where linuxcnc-uspace and linuxcnc-uspace-dev are installed, and install the component nc");
-  require_text(options.program);
+  const LineCount lines = require_text(options.program);
+  const ControlProfile control = limited(given, lines.all);
   std::optional<TranslatedProgram> translated;
-  if (control.dialect == Dialect::siemens) translated.emplace(options.program, control, options.axis_mask);
+  if (control.dialect == Dialect::siemens)
+    translated.emplace(options.program, control, options.axis_mask, options.start);
   const std::filesystem::path program = translated ? translated->path() : std::filesystem::canonical(options.program);
   if (!options.folder.empty() && !std::filesystem::is_directory(options.folder))
     throw InputError(options.folder.string(), "is no folder",
@@ -277,10 +318,14 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
   std::string file = options.program.string();
   std::uint32_t line = 0;
   bool ended = false;
-  const std::function<void(const Record&)> look = [&](const Record& record) {
+  const std::string own = options.program.string();
+  const std::function<void(const Record&)> look = [&](const Record& came) {
+    Record record = came;
     if (record.kind == Kind::error) refuse(record, file, folder, control);
-    if (record.kind == Kind::file)
-      file = record.text == program.string() ? options.program.string() : std::string(record.text);
+    if (record.kind == Kind::file) {
+      if (record.text == program.string()) record.text = own;
+      file = std::string(record.text);
+    }
     if (record.kind == Kind::block) line = record.line;
     if (record.kind == Kind::end) {
       ended = true;
@@ -321,6 +366,7 @@ void interpret(const InterpreterOptions& options, const ControlProfile& control,
                      WIFSIGNALED(status) ? fmt::format("the interpreter was ended by signal {}", WTERMSIG(status))
                                          : "the interpreter ended before the program",
                      "a program that LinuxCNC's interpreter can read");
+  return lines.deletable;
 }
 
 }  // namespace thermotwin::nc

@@ -29,6 +29,7 @@ struct InterpreterOptions {
   std::filesystem::path helper;  ///< empty: where the build or the installation has it
   Nine start = Nine::Zero();     ///< position of the axes before the program, m and rad
   int axis_mask = 0x7;           ///< bit 0: X
+  bool open_end = true;          ///< the program may end without M2, M30 or %
 };
 
 /// @return the helper's path; empty: the program was built without LinuxCNC's interpreter
@@ -36,8 +37,9 @@ std::filesystem::path find_helper();
 
 /// A program in another dialect than LinuxCNC's runs as its translation; records have its own name and lines.
 /// @param take  receives the records in their order
+/// @return lines of the program that begin with /
 /// @throws InputError (file:line) for a program that the interpreter or the profile refuses, or that does not end
-void interpret(const InterpreterOptions& options, const ControlProfile& control,
+long interpret(const InterpreterOptions& options, const ControlProfile& control,
                const std::function<void(const Record&)>& take);
 
 }  // namespace thermotwin::nc

@@ -51,6 +51,13 @@ Nine Frame::to_program(const Nine& axes) const {
   return p;
 }
 
+double Frame::feed_length(const Nine& change) const {
+  const Eigen::Vector3d angles = change.segment<3>(3);
+  const double straight = straight_length(change);
+  const bool linear = !change.head<3>().isZero(0) || !change.tail<3>().isZero(0);
+  return degrees_count && linear ? std::hypot(straight, angles.norm() / units::deg * unit) : straight;
+}
+
 namespace {
 
 class Reader {
@@ -61,6 +68,7 @@ public:
         sink_(sink),
         position_(options.start) {
     summary_.files.push_back(options.program.string());
+    frame_.degrees_count = control.dialect == Dialect::fanuc;
   }
 
   void take(const Record& record) {
@@ -88,7 +96,8 @@ public:
     }
   }
 
-  ProgramSummary summary() {
+  ProgramSummary summary(long deletable) {
+    summary_.deletable = deletable;
     summary_.end = state_;
     summary_.frame = frame_;
     return std::move(summary_);
@@ -98,10 +107,8 @@ private:
   std::string place() const { return fmt::format("{}:{}", summary_.files[state_.file], state_.line); }
 
   void name_file(const std::string& path) {
-    const std::string name =
-        path == std::filesystem::canonical(options_.program).string() ? options_.program.string() : path;
-    auto found = std::find(summary_.files.begin(), summary_.files.end(), name);
-    if (found == summary_.files.end()) found = summary_.files.insert(found, name);
+    auto found = std::find(summary_.files.begin(), summary_.files.end(), path);
+    if (found == summary_.files.end()) found = summary_.files.insert(found, path);
     state_.file = static_cast<std::uint16_t>(found - summary_.files.begin());
   }
 
@@ -124,12 +131,12 @@ private:
     const double unit = only_angles ? units::deg : frame_.unit;
     if (synchronous_ > 0.0)
       rate = synchronous_ * turns;
-    else if (feed_per_turn_)
+    else if (frame_.feed_per_turn)
       rate *= turns;
     if (!(rate > 0.0))
       throw InputError(place(),
-                       feed_per_turn_ || synchronous_ > 0.0 ? "a feed per revolution while the spindle stands"
-                                                            : fmt::format("a feed rate of {}", rate),
+                       frame_.feed_per_turn || synchronous_ > 0.0 ? "a feed per revolution while the spindle stands"
+                                                                  : fmt::format("a feed rate of {}", rate),
                        "a feed rate above 0");
     return rate * unit / units::minute;
   }
@@ -137,7 +144,7 @@ private:
   void emit(Move& move) {
     require_finite(move.to);
     const Nine change = move.to - move.from;
-    if (move.kind != MoveKind::arc) move.length = straight_length(change);
+    if (move.kind != MoveKind::arc) move.length = frame_.feed_length(change);
     position_ = move.to;
     if (!(move.length > 0.0)) return;
     move.speed =
@@ -259,7 +266,7 @@ private:
       case Setting::length_unit: frame_.unit = value * units::mm; break;
       case Setting::plane: plane_ = static_cast<int>(value); break;
       case Setting::feed_rate: frame_.feed = value; break;
-      case Setting::feed_mode: feed_per_turn_ = value != 0.0; break;
+      case Setting::feed_mode: frame_.feed_per_turn = value != 0.0; break;
       case Setting::rotation: frame_.rotation = value * units::deg; break;
       case Setting::work_offset_set: frame_.work_number = static_cast<int>(value); break;
       case Setting::path_mode:
@@ -295,6 +302,7 @@ private:
         pause(Pause::Kind::stop, control_.program_stop);
         break;
       case Setting::synchronous: synchronous_ = value; break;
+      case Setting::open_end: summary_.open_end = true; break;
       case Setting::skipped:
         if (sink_.skipped) sink_.skipped();
         break;
@@ -311,15 +319,14 @@ private:
   MoveState state_;
   int plane_ = 1, path_mode_ = 3;
   double tolerance_ = 0, speed_rpm_ = 0, direction_ = 0, synchronous_ = 0;
-  bool feed_per_turn_ = false;
 };
 
 }  // namespace
 
 ProgramSummary read_program(const InterpreterOptions& options, const ControlProfile& control, const ProgramSink& sink) {
   Reader reader(options, control, sink);
-  interpret(options, control, [&](const Record& record) { reader.take(record); });
-  return reader.summary();
+  const long deletable = interpret(options, control, [&](const Record& record) { reader.take(record); });
+  return reader.summary(deletable);
 }
 
 }  // namespace thermotwin::nc

@@ -26,6 +26,7 @@ struct MoveState {
   int tool = 0;             ///< in the spindle; 0: none
   int operation = 0;        ///< counts tool changes and program stops
   int part = 0;             ///< run of the program, from 0
+  int logged = 0;           ///< events of a control's log that have come, see LoggedTimes
   double spindle_rpm = 0;   ///< negative: counterclockwise
   bool flood = false, mist = false;
   bool tcp = false;  ///< tool centre point control
@@ -37,12 +38,17 @@ struct Frame {
   double unit = 1e-3;   ///< m
   double rotation = 0;  ///< rad
   int work_number = 1;
-  double feed = 0;                                                    ///< feed rate as programmed
+  double feed = 0;             ///< feed rate as programmed
+  bool degrees_count = false;  ///< a feed of lines and angles counts along both, a degree as a unit of length (Fanuc)
+  bool feed_per_turn = false;  ///< G95
   Nine work = Nine::Zero(), g92 = Nine::Zero(), tool = Nine::Zero();  ///< m and rad
 
   /// @param programmed  program units and deg
   Nine to_axes(const Nine& programmed) const;
   Nine to_program(const Nine& axes) const;
+  /// Length of a straight move as the feed rate counts it: of X Y Z, else of U V W (m), else of A B C (rad); with
+  /// degrees_count of lengths and angles together (m).
+  double feed_length(const Nine& change) const;
 };
 
 struct Arc {
@@ -63,7 +69,7 @@ struct Move {
   MoveState state;
 };
 
-/// Length of a straight move as the feed rate counts it: of X Y Z, else of U V W (m), else of A B C (rad).
+/// Length of a straight move: of X Y Z, else of U V W (m), else of A B C (rad).
 double straight_length(const Nine& change);
 
 /// Time without motion.
@@ -88,6 +94,8 @@ struct ProgramSink {
 
 struct ProgramSummary {
   std::vector<std::string> files;
+  long deletable = 0;     ///< lines of the program that begin with /
+  bool open_end = false;  ///< it ended without M2, M30 or %
   long moves = 0, blocks = 0, tool_changes = 0, stops = 0;
   long traverses = 0, feeds = 0, arcs = 0;
   MoveState end;  ///< behind the last line, as the frame

@@ -40,7 +40,7 @@ void PathSamples::add(const PredictedMove& predicted) {
     point.error_um = k == count
                          ? predicted.error_um
                          : Eigen::Vector3d(predicted.field->error(positions, point.time).error.head<3>() / units::um);
-    take_(point);
+    take_(point, positions);
   }
   first_ = false;
 }

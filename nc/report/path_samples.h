@@ -13,17 +13,18 @@ namespace thermotwin::nc {
 
 class PathSamples {
 public:
+  using Take = std::function<void(const PathPoint& point, const Positions& positions)>;
+
   /// @param motion  must outlive this
-  PathSamples(const AxisMotion& motion, std::function<void(const PathPoint&)> take)
-      : motion_(motion),
-        take_(std::move(take)) {}
+  PathSamples(const AxisMotion& motion, Take take) : motion_(motion), take_(std::move(take)) {}
 
   /// @param move  with the source of its element
   void add(const PredictedMove& move);
+  void restart() { first_ = true; }  ///< the next move has a point at its begin, as the first one
 
 private:
   const AxisMotion& motion_;
-  std::function<void(const PathPoint&)> take_;
+  Take take_;
   bool first_ = true;
 };
 

@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "core/units.h"
 #include "nc/report/path_scene.h"
+#include "nc/report/time_text.h"
 
 namespace thermotwin::nc {
 
@@ -20,22 +21,6 @@ namespace {
 using Rows = std::vector<std::vector<std::string>>;
 
 constexpr std::size_t most_rows = 300;  ///< of a table of the page; the CSV files have all
-
-std::string time_text(double seconds) {
-  if (seconds < 120.0) return fmt::format("{:.1f} s", seconds);
-  if (seconds < 2.0 * units::hour) return fmt::format("{:.1f} min", seconds / units::minute);
-  return fmt::format("{:.2f} h", seconds / units::hour);
-}
-
-struct TimeUnit {
-  const char* name;
-  double seconds;
-};
-TimeUnit unit_for(double duration) {
-  if (duration < 300.0) return {"s", 1.0};
-  if (duration < 5.0 * units::hour) return {"min", units::minute};
-  return {"h", units::hour};
-}
 
 /// The path's point of the largest error in a cut; none: nothing is cut.
 const PathPoint* worst_of(const PathPoints& path) {
@@ -247,8 +232,9 @@ std::string report_page(const Report& report, const PathPoints& path, const Erro
                  headline(report, path, beyond) +
                  path_scene_html(path, report.parts > 1 ? "of the last part; the tool's tip in the workpiece"
                                                         : "the tool's tip in the workpiece") +
-                 over_time(errors, report.duration_s) + operations_section(operations, report) +
-                 beyond_section(beyond) + parts_section(parts, report) + core::html_next_steps(report.next));
+                 over_time(errors, report.duration_s) + report.imprint + report.locations +
+                 operations_section(operations, report) + beyond_section(beyond) + parts_section(parts, report) +
+                 core::html_next_steps(report.next));
 }
 
 }  // namespace thermotwin::nc

@@ -28,6 +28,8 @@ struct Report {
   std::optional<PathPoint> worst_before;
   int worst_part = 0;     ///< of it, from 1
   std::string rewritten;  ///< words for the corrected program; empty: none
+  std::string imprint;    ///< section of the finishing pass; empty: none
+  std::string locations;  ///< section of the location errors
   std::vector<core::NextStep> next;
 };
 

@@ -45,20 +45,21 @@ std::vector<double> DisplacedMove::bends() const {
 }
 
 Eigen::Vector3d DisplacedMove::displacement(double u) const {
-  if (u == 1.0) return displacement(move().to, predicted_.end, predicted_.offset_um * units::um);
+  const bool cuts = move().kind == MoveKind::traverse || u == 0.0;
+  if (u == 1.0) return displacement(move().to, predicted_.end, predicted_.offset_um * units::um, cuts);
   const Nine nominal = AxisMotion::values_at(move(), u);
   Positions positions = motion_.positions(nominal, move());
   const Eigen::VectorXd offsets = predicted_.field->offsets(positions, predicted_.time_at(u));
-  return displacement(nominal, std::move(positions), offsets);
+  return displacement(nominal, std::move(positions), offsets, cuts);
 }
 
 Eigen::Vector3d DisplacedMove::wanted(const MoveSample& sample) const {
   const Nine nominal = motion_.values(sample.positions, move(), move().to);
-  return nominal.head<3>() + displacement(nominal, sample.positions, sample.offset_um * units::um);
+  return nominal.head<3>() + displacement(nominal, sample.positions, sample.offset_um * units::um, false);
 }
 
-Eigen::Vector3d DisplacedMove::displacement(const Nine& nominal, Positions positions,
-                                            const Eigen::VectorXd& offsets) const {
+Eigen::Vector3d DisplacedMove::displacement(const Nine& nominal, Positions positions, const Eigen::VectorXd& offsets,
+                                            bool cuts) const {
   const std::vector<std::string>& axes = predicted_.field->axes();
   const mesh::Machine& machine = motion_.machine();
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -69,7 +70,10 @@ Eigen::Vector3d DisplacedMove::displacement(const Nine& nominal, Positions posit
                              fmt::format("at most {:.1f} um", options_.largest_offset / units::um));
     positions[axis] += offset;
     const mesh::Axis& limits = machine.axes[axis];
-    if (positions[axis] < limits.low - 1e-9 || positions[axis] > limits.high + 1e-9)
+    if (const double within = std::clamp(positions[axis], limits.low, limits.high); cuts) {
+      cut_ = cut_ || std::abs(within - positions[axis]) > 1e-9;
+      positions[axis] = within;
+    } else if (positions[axis] < limits.low - 1e-9 || positions[axis] > limits.high + 1e-9)
       throw core::InputError(
           place_, fmt::format("axis {} at {:.4f} mm with its offset", axes[i], positions[axis] / units::mm),
           fmt::format("its travel, {:.4f} to {:.4f}", limits.low / units::mm, limits.high / units::mm));

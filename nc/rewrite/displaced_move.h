@@ -32,8 +32,10 @@ public:
   const Move& move() const { return source().move; }
 
   /// m, of the programmed point. @param u  share of the move; its offset is that of the time at which it is done
+  /// A rapid move, and the begin of any, ends with its axes at the end of their travel where the offset passes it.
   /// @throws InputError  if an offset is too large, or if an axis leaves its travel
   Eigen::Vector3d displacement(double u) const;
+  bool is_cut() const { return cut_; }  ///< an offset was cut at the end of a travel
 
   /// Ends of the lines or arcs that follow the displaced move within the tolerance, as shares; the last one is 1.
   /// @param at_start, at_end  displacements
@@ -43,7 +45,9 @@ public:
   Eigen::Vector3d wanted(const MoveSample& sample) const;
 
 private:
-  Eigen::Vector3d displacement(const Nine& nominal, Positions positions, const Eigen::VectorXd& offsets) const;
+  /// @param cuts  offsets that pass the travel are cut
+  Eigen::Vector3d displacement(const Nine& nominal, Positions positions, const Eigen::VectorXd& offsets,
+                               bool cuts) const;
   /// A share of the move with the displacements of its ends.
   struct Span {
     double u0, u1;
@@ -61,6 +65,7 @@ private:
   const AxisMotion& motion_;
   const RewriteOptions& options_;
   const std::string& place_;
+  mutable bool cut_ = false;
   std::vector<double> bends_;  ///< shares of the move at which rows end
 };
 

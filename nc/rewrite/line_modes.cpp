@@ -24,6 +24,7 @@ void refuse_path(const std::string& place, const std::string& value, const std::
 
 void LineModes::read(const ProgramLine& line, const std::vector<WordRule>& rules, const std::string& place) {
   machine = false;
+  coordinates = true;
   for (const Word& word : line.words) {
     const auto rule = std::find_if(rules.begin(), rules.end(), [&](const WordRule& one) {
       return one.letter == word.letter && !word.expression && std::abs(one.number - word.value) < 1e-6;
@@ -32,6 +33,7 @@ void LineModes::read(const ProgramLine& line, const std::vector<WordRule>& rules
       take(word, line, place);
       continue;
     }
+    if (rule->with.find_first_of("XYZABCUVW") != std::string::npos) coordinates = false;
     for (const Word& instead : ProgramLine::parse(rule->by, "").words) take(instead, line, place);
   }
 }
@@ -46,6 +48,8 @@ void LineModes::take(const Word& word, const ProgramLine& line, const std::strin
   if (is_one_of(code, {0, 10, 20, 30, 800})) cycle = false;
   if (is_one_of(code, {730, 810, 820, 830, 850, 890})) cycle = true;
   if (is_one_of(code, {280, 300, 530})) machine = true;
+  if (is_one_of(code, {40, 100, 431, 520})) coordinates = false;
+  if (code == 432 && line.find('H') == nullptr) coordinates = false;
   if (is_one_of(code, {410, 411, 420, 421})) refuse_path(place, "cutter radius compensation", "G40");
   if (code == 920) refuse_path(place, "G92", "work offsets G54 to G59.3");
   if (is_one_of(code, {330, 331, 50, 51, 52, 700, 710, 720, 740, 760, 840, 860, 870, 880}))

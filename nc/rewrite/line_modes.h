@@ -16,6 +16,7 @@ struct LineModes {
   bool inverse_time = false;  ///< F, G93
   bool cycle = false;         ///< a drilling cycle repeats at each position
   bool machine = false;       ///< this line moves in machine coordinates: G28, G30, G53
+  bool coordinates = true;    ///< this line's axis words are coordinates: no offsets (G10, G52, G43.1), no dwell
 
   /// Takes the G words of a line.
   /// @param rules  of the control profile: what stands in a word's place counts

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "nc/rewrite/coordinates.h"
@@ -105,6 +106,8 @@ void PathRewriter::move() {
   Entry& entry = entries_.back();
   settle(entry);
   ++entry.expected;
+  if (!entry.modes.coordinates && !entry.modes.machine)
+    refuse_path(entry.place, "a move in a line whose axis words are no coordinates", "a line of its own for the move");
   if (entry.expected > 1 && !entry.modes.cycle && !entry.modes.machine)
     refuse_path(entry.place, "a line of several moves",
                 "one line or arc in a line, and the cycles G73, G81, G82, G83, G85, G89");
@@ -125,18 +128,22 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   placed_ = true;
   nominal_ = move.to;
   ++entry.done;
+  per_minute_ = false;
   if (entry.modes.machine) {
     machine_move(entry, displaced.source());
     return;
   }
+  see_begin(entry, displaced);
+  const bool rapid = move.kind == MoveKind::traverse;
   if (entry.modes.cycle) {
     cycle_move(entry, displaced, predicted);
+    if (rapid && displaced.is_cut() && cuts_.count++ == 0) cuts_.first = entry.place;
     return;
   }
   const Eigen::Vector3d d0 = (at_ - move.from).head<3>(), d1 = displaced.displacement(1.0);
   summary_.largest_um = std::max(summary_.largest_um, d1.norm() / units::um);
   std::vector<double> ends = {1.0};
-  if (move.kind != MoveKind::traverse) ends = displaced.pieces(d0, d1);
+  if (!rapid) ends = displaced.pieces(d0, d1);
 
   const auto displaced_at = [&](double u) {
     Nine point = AxisMotion::values_at(move, u);
@@ -167,9 +174,36 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   write_piece(line, entry, displaced.source(), piece);
   line.text += words_at_end;
   write_out_feed(line, entry, displaced.source());
+  if (rapid && displaced.is_cut() && cuts_.count++ == 0) cuts_.first = entry.place;
+  const std::string newline = line.end.empty() ? "\n" : line.end;
   entry.text = text + line.text;
+  if (per_minute_ && words_at_end.find("M2") == std::string::npos && words_at_end.find("M30") == std::string::npos)
+    entry.text += newline + "G93";
   entry.edited = entry.text != entry.line.text;
   if (ends.size() > 1) ++summary_.split;
+}
+
+/// A block that begins where the program is not corrected takes the offset on its way.
+void PathRewriter::see_begin(const Entry& entry, const DisplacedMove& displaced) {
+  if (!uncorrected_) return;
+  uncorrected_ = false;
+  const Move& move = displaced.move();
+  if (move.kind == MoveKind::traverse) return;
+  const Eigen::Vector3d wanted = move.from.head<3>() + displaced.displacement(0.0);
+  const double rounding = 10.0 * half_step(displaced.source().frame) * displaced.source().frame.unit;
+  if ((at_.head<3>() - wanted).norm() > options_.tolerance + rounding && ramps_.count++ == 0)
+    ramps_.first = entry.place;
+}
+
+void PathRewriter::warn() const {
+  if (ramps_.count > 0)
+    core::warn(
+        fmt::format("{}: {} feed moves begin without their offset, which comes in along them; a rapid move to "
+                    "their begin in coordinates of the program corrects it",
+                    ramps_.first, ramps_.count));
+  if (cuts_.count > 0)
+    core::warn(fmt::format("{}: the offset is cut at the end of an axis's travel ({} rapid moves in the program)",
+                           cuts_.first, cuts_.count));
 }
 
 /// Moments of the move within a piece. The piece of a move that begins undisplaced is not compared.
@@ -203,11 +237,69 @@ void PathRewriter::write_piece(ProgramLine& line, const Entry& entry, const Sour
   write_turns(line, move, piece);
   expect(entry, source, piece, target);
   if (arc) write_arc(line, entry, source, piece, reached, line.text != before);
-  if (entry.modes.inverse_time && !piece.is_whole() && move.kind != MoveKind::traverse) {
-    const double speed = move.speed / move.length * units::minute / (piece.end - piece.begin);
-    line.set('F', nc_number(speed, 4), "XYZABCUVWIJKG");
-  }
+  write_feed(line, entry, source, piece, reached);
   at_ = reached;
+}
+
+namespace {
+
+/// With five digits or more.
+std::string feed_number(double feed) {
+  return nc_number(feed, std::clamp(4 - static_cast<int>(std::floor(std::log10(feed))), 4, 9));
+}
+
+}  // namespace
+
+/// The feed of a straight piece with rotary axes, so that it takes its share of the move's time; nothing where the
+/// program's own does.
+std::optional<std::string> PathRewriter::feed_word(const Source& source, const Piece& piece, const Nine& reached,
+                                                   bool inverse) const {
+  const Move& move = source.move;
+  const Frame& frame = source.frame;
+  const bool turns = !(move.to - move.from).segment<3>(3).isZero(0.0);
+  if (move.kind != MoveKind::feed || !turns) return std::nullopt;
+  Nine change = reached - at_;
+  for (int i = 0; i < 9; ++i)
+    if (!is_angle(i) && std::abs(change[i]) < 0.1 * half_step(frame) * frame.unit) change[i] = 0.0;
+  const auto is_linear = [](const Nine& of) { return !of.head<3>().isZero(0.0) || !of.tail<3>().isZero(0.0); };
+  const auto count = [&](const Nine& of) { return frame.feed_length(of) / (is_linear(of) ? frame.unit : units::deg); };
+  const double minutes = move.length / move.speed * (piece.end - piece.begin) / units::minute;
+  const double length = count(change), feed = length / minutes;
+  // LinuxCNC turns F of G93 into a feed rate of at least 0.1.
+  constexpr double least = 0.2;
+  if (!(length > 0.0) || (inverse && feed > least)) return std::nullopt;
+  const double own = count(move.to - move.from) / (move.length / move.speed / units::minute);
+  if (!inverse && std::abs(feed - own) <= 0.01 * own) return std::nullopt;
+  const double turn = frame.feed_per_turn && !inverse ? std::abs(move.state.spindle_rpm) : 1.0;
+  return feed_number(feed / turn);
+}
+
+void PathRewriter::write_feed(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece,
+                              const Nine& reached) {
+  const Move& move = source.move;
+  const bool inverse = entry.modes.inverse_time;
+  constexpr const char* behind = "XYZABCUVWIJKG";
+  if (!inverse && line.find('F') != nullptr) other_feed_ = false;
+  if (move.kind == MoveKind::traverse) return;
+  if (const auto feed = feed_word(source, piece, reached, inverse)) {
+    if (inverse) {
+      line.remove({{'G', 93}});
+      if (!per_minute_) line.text.insert(line.code_end, " G94");
+      line = ProgramLine::parse(line.text, line.end);
+      per_minute_ = true;
+    }
+    line.set('F', *feed, behind);
+    other_feed_ = true;
+  } else if (inverse) {
+    if (per_minute_) line.text.insert(line.code_end, " G93");
+    if (per_minute_) line = ProgramLine::parse(line.text, line.end);
+    per_minute_ = false;
+    const double share = piece.end - piece.begin;
+    if (!piece.is_whole()) line.set('F', feed_number(move.speed / move.length * units::minute / share), behind);
+  } else if (other_feed_ && source.frame.feed > 0.0) {
+    line.set('F', feed_number(source.frame.feed), behind);
+    other_feed_ = false;
+  }
 }
 
 /// The word P of an arc counts turns: a piece is less than one.
@@ -224,9 +316,11 @@ void PathRewriter::write_turns(ProgramLine& line, const Move& move, const Piece&
 void PathRewriter::expect(const Entry& entry, const Source& source, const Piece& piece, const Nine& target) const {
   const Move& move = source.move;
   ExpectedMove expected = ExpectedMove::of(move, source.frame, target);
-  const Nine change = move.to - move.from;
-  const bool angles_alone = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
-  if (!entry.modes.inverse_time && !angles_alone) expected.speed = move.speed;
+  const bool turns = move.kind != MoveKind::arc && !(move.to - move.from).segment<3>(3).isZero(0.0);
+  if (move.speed > 0.0 && (entry.modes.inverse_time || turns))
+    expected.seconds = move.length / move.speed * (piece.end - piece.begin);
+  else
+    expected.speed = move.speed;
   if (move.kind == MoveKind::arc) {
     expected.angle = move.arc.angle * (piece.end - piece.begin);
     std::copy(piece.middle.begin(), piece.middle.end(), expected.middle.begin());
@@ -238,6 +332,10 @@ void PathRewriter::expect(const Entry& entry, const Source& source, const Piece&
 /// It stays as it is. Axes that it does not move keep their displacement.
 void PathRewriter::machine_move(const Entry& entry, const Source& source) {
   const Move& move = source.move;
+  if (move.kind != MoveKind::traverse)
+    refuse_path(entry.place, "a feed move in machine coordinates (G53)", "G53 with G0, feed moves in a work offset");
+  uncorrected_ = true;
+  if (entry.line.find('F') != nullptr && !entry.modes.inverse_time) other_feed_ = false;
   const bool all =
       std::none_of(letters.begin(), letters.end(), [&](char letter) { return entry.line.find(letter) != nullptr; });
   for (int i = 0; i < 9; ++i)
@@ -292,6 +390,8 @@ void PathRewriter::begin_cycle(Entry& entry) {
       gone.emplace_back(word.letter, word.value);
   }
   rest.remove(gone);
+  if (other_feed_ && entry.feed.empty() && !entry.modes.inverse_time) entry.feed = " F" + feed_number(entry.frame.feed);
+  other_feed_ = false;
   const std::string text(core::trimmed(rest.text));
   entry.before = text.empty() ? "" : text + (rest.end.empty() ? "\n" : rest.end);
   if (!entry.modes.absolute) entry.before += "G90\n";
@@ -323,7 +423,9 @@ void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced, cons
     piece.begin = piece.end;
   }
   for (const auto& [behind, seconds] : entry.dwells)
-    if (behind == entry.done) entry.before += fmt::format("G4 P{}\n", nc_number(seconds, 4));
+    if (behind == entry.done)
+      entry.before +=
+          fmt::format("G4 P{}\n", options_.dwells_in_ms ? fmt::format("{:.0f}", 1e3 * seconds) : nc_number(seconds, 4));
   if (entry.done == entry.expected && !entry.modes.absolute) entry.before += "G91\n";
   entry.edited = true;
 }
@@ -333,8 +435,9 @@ void PathRewriter::stay(Entry& entry) {
   if (placed_ && !entry.skipped && entry.modes.machine)
     for (int i = 0; i < 9; ++i)
       if (entry.line.find(letters[i]) != nullptr) at_[i] = nominal_[i];
-  if (!placed_ || entry.skipped || entry.modes.machine || entry.line.control || entry.line.assigns ||
-      entry.line.has('G', 10) || entry.line.has('G', 4))
+  if (!entry.skipped && entry.line.find('F') != nullptr && !entry.modes.inverse_time) other_feed_ = false;
+  if (!placed_ || entry.skipped || entry.modes.machine || !entry.modes.coordinates || entry.line.control ||
+      entry.line.assigns)
     return;
   ProgramLine line = entry.line;
   const Nine now = entry.frame.to_program(at_);
@@ -417,6 +520,7 @@ void PathRewriter::predicted(const PredictedMove& move) {
 bool PathRewriter::finish() {
   if (!entries_.empty()) settle(entries_.back());
   flush();
+  warn();
   if (flat_) {
     for (; written_ < lines_.size(); ++written_) {
       out_(lines_.raw(written_));

@@ -4,11 +4,13 @@
 // pose and time; under tool centre point control by what they displace the tool's point on the workpiece. A number
 // changes where the displacement rounds to another one; all other text stays. A block is split where the displacement
 // along it bends by more than the tolerance: into lines, or into arcs about a centre of their own. Loops, subprograms,
-// parameters and drilling cycles are written out. Moves of G28, G30 and G53 stay as they are.
+// parameters and drilling cycles are written out. Moves of G28, G30 and G53 stay as they are. A feed that counts along
+// other axes than in the program (words of linear axes in a move of rotary axes) is written so that the duration stays.
 
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -79,6 +81,11 @@ private:
   void begin_cycle(Entry& entry);
   void add_points(Piece& piece, const DisplacedMove& displaced, const PredictedMove& predicted) const;
   void write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece);
+  void write_feed(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached);
+  std::optional<std::string> feed_word(const Source& source, const Piece& piece, const Nine& reached,
+                                       bool inverse) const;
+  void see_begin(const Entry& entry, const DisplacedMove& displaced);
+  void warn() const;
   void write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached,
                  bool changed) const;
   static void write_turns(ProgramLine& line, const Move& move, const Piece& piece);
@@ -101,7 +108,15 @@ private:
   Nine at_;                  ///< where the rewritten program has the control, m and rad
   Nine nominal_;             ///< where the program has it
   bool placed_ = false;
-  LineModes modes_;  ///< behind the last line that ran
+  bool uncorrected_ = true;  ///< the control is where the program has it, as before the first move
+  bool other_feed_ = false;  ///< the last F of the new text is another one than the program's
+  bool per_minute_ = false;  ///< the new text has left G93 for the present line
+  struct Places {
+    std::string first;  ///< file:line
+    long count = 0;
+  };
+  Places ramps_, cuts_;  ///< blocks that begin uncorrected, moves whose offset is cut at the end of a travel
+  LineModes modes_;      ///< behind the last line that ran
 };
 
 }  // namespace thermotwin::nc

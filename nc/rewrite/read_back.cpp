@@ -50,7 +50,8 @@ std::string switch_difference(const char* what, bool found, bool wanted) {
 }
 
 /// What differs in the states that hold at a move; empty: nothing.
-std::string state_difference(const ExpectedMove& found, const ExpectedMove& wanted) {
+/// @param slack  m by which the zero of the program may differ
+std::string state_difference(const ExpectedMove& found, const ExpectedMove& wanted, double slack) {
   const double length = std::max(1e-9, rounding(wanted.unit) * 1e-3);
   for (const std::string& text :
        {difference("tool", found.tool, wanted.tool),
@@ -70,6 +71,12 @@ std::string state_difference(const ExpectedMove& found, const ExpectedMove& want
         difference("path tolerance in mm", wanted.path_mode > 0 ? found.path_tolerance / units::mm : 0.0,
                    wanted.path_mode > 0 ? wanted.path_tolerance / units::mm : 0.0, 1e-6)})
     if (!text.empty()) return text;
+  for (int i = 0; i < 9; ++i) {
+    const double unit = is_angle(i) ? units::deg : units::mm, within = is_angle(i) ? 1e-9 : length + slack;
+    const std::string text =
+        difference("the zero of the program in", found.zero[i] / unit, wanted.zero[i] / unit, within / unit);
+    if (!text.empty()) return fmt::format("{}: {}", letters[i], text);
+  }
   return "";
 }
 
@@ -92,6 +99,8 @@ ExpectedMove ExpectedMove::of(const Move& move, const Frame& frame, const Nine& 
   expected.flood = move.state.flood;
   expected.mist = move.state.mist;
   expected.tcp = move.state.tcp;
+  const Nine zero = frame.work + frame.g92;
+  std::copy(zero.begin(), zero.end(), expected.zero.begin());
   return expected;
 }
 
@@ -135,7 +144,7 @@ public:
       if (!is_short(*wanted_)) fail(fmt::format("{} is missing", name_of(wanted_->kind)));
     at_.line = program_.end.line;
     at_.file = program_.end.file;
-    const std::string why = state_difference(end_of(again), end_of(program_));
+    const std::string why = state_difference(end_of(again), end_of(program_), slack_);
     if (!why.empty()) fail("at its end " + why);
   }
 
@@ -179,8 +188,11 @@ private:
       return sentence(fmt::format("{} ends at", letters[i]), fmt::format("{:.4f}", move.to[i] / unit),
                       fmt::format("{:.4f}", to / unit));
     }
-    if (const std::string why = state_difference(ExpectedMove::of(move, frame, move.to), wanted); !why.empty())
+    if (const std::string why = state_difference(ExpectedMove::of(move, frame, move.to), wanted, slack_); !why.empty())
       return why;
+    if (const double seconds = move.speed > 0.0 ? move.length / move.speed : 0.0;
+        wanted.seconds > 0.0 && std::abs(seconds - wanted.seconds) > 0.02 * wanted.seconds + 1e-4)
+      return sentence("seconds of a feed move", fmt::format("{:.4g}", seconds), fmt::format("{:.4g}", wanted.seconds));
     if (wanted.speed > 0.0 && std::abs(move.speed - wanted.speed) > 0.01 * wanted.speed + 2e-4 * frame.unit / 60.0)
       return sentence("feed in mm/min", fmt::format("{:g}", move.speed / units::mm * units::minute),
                       fmt::format("{:g}", wanted.speed / units::mm * units::minute));
@@ -251,8 +263,10 @@ void ReadBack::check(const InterpreterOptions& options, const ControlProfile& co
   sink.move = [&](const Move& move, const Frame& frame) { comparison.take(move, frame); };
   sink.pause = [](const Pause&) {};
   ProgramSummary again;
+  InterpreterOptions reading = options;
+  reading.open_end = program.open_end;
   try {
-    again = read_program(options, control, sink);
+    again = read_program(reading, control, sink);
   } catch (const core::InputError& error) {
     // Differences name the program's own line.
     const std::string what = error.what();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The corrected program read by the interpreter again: its moves have to end where the rewriter means them to, with the
-// tool, length offset, spindle, fluid, unit, path mode and feed of the program, and pass the points at which the
+// tool, length offset, spindle, fluid, zero, unit, path mode and feed of the program, and pass the points at which the
 // planner has the axes every two seconds or so, each displaced by the offset of then. A difference is an error.
 
 #include <array>
@@ -21,9 +21,11 @@ struct ExpectedMove {
   double middle_within = 0;        ///< m; 0: the middle is not compared
   double angle = 0;                ///< rad, of an arc; 0: not compared
   double speed = 0;                ///< m/s or rad/s; 0: not compared
+  double seconds = 0;              ///< at the feed; 0: not compared
   double slack = 0;                ///< m by which the end may differ
   double unit = 1e-3;              ///< m
   std::array<double, 3> tool_offset{};
+  std::array<double, 9> zero{};  ///< work offset and G92 or G52, m and rad
   double spindle_rpm = 0, dwelt = 0, path_tolerance = 0;
   std::uint32_t line = 0;
   int tool = 0, operation = 0;

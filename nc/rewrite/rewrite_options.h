@@ -12,6 +12,7 @@ struct RewriteOptions {
   double tolerance = 0.5e-6;     ///< m
   double largest_offset = 1e-3;  ///< m; beyond it the program is refused
   std::vector<WordRule> words;   ///< of the control profile: the path takes what stands in their place
+  bool dwells_in_ms = false;     ///< P of G4 in the written program
 };
 
 struct RewriteSummary {

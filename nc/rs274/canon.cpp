@@ -75,6 +75,7 @@ void start_at(const double (&position)[9]) {
   for (int i = 0; i < 9; ++i) state.position[i] = position[i];
 }
 void set_axis_mask(int mask) { state.axis_mask = mask; }
+void set_block_delete(bool on) { state.block_delete = on; }
 }  // namespace thermotwin::nc::rs274
 
 // --- offsets and units

@@ -12,5 +12,7 @@ inline constexpr const char* marker_prefix = "thermotwin:";
 void start_at(const double (&position)[9]);
 /// Axes of the machine, bit 0: X.
 void set_axis_mask(int mask);
+/// Whether lines that begin with / are left out.
+void set_block_delete(bool on);
 
 }  // namespace thermotwin::nc::rs274

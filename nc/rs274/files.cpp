@@ -14,13 +14,15 @@
 #include <sys/stat.h>
 #include <wordexp.h>
 
+#include "nc/rs274/fanuc.h"
 #include "nc/rs274/stream.h"
 
 namespace thermotwin::nc::rs274 {
 
 namespace {
 
-bool guarded = false;
+bool guarded = false, is_fanuc = false;
+FanucText fanuc_text;
 std::string allowed_folder, refused;
 std::vector<Rule> word_rules;
 std::vector<char*> texts;                                     // of rewritten files, kept to the end
@@ -78,11 +80,27 @@ const Rule* rule_for(const Code& code, const std::vector<Rule>& rules, const std
   return rule;
 }
 
+/// A line with %: the first one of a file begins the program, the next one ends it.
+bool is_percent(const std::string& line) {
+  const std::size_t first = line.find_first_not_of(" \t"), last = line.find_last_not_of(" \t\r\n");
+  return first != std::string::npos && first == last && line[first] == '%';
+}
+
+void see_variables(FILE* file) {
+  char* raw = nullptr;
+  std::size_t capacity = 0;
+  for (ssize_t n = getline(&raw, &capacity, file); n >= 0; n = getline(&raw, &capacity, file))
+    fanuc_text.see(std::string(raw, n));
+  free(raw);
+  rewind(file);
+}
+
 /// The whole file with rules applied, or null where nothing in it changes.
 char* rewritten_text(FILE* file, std::size_t& size) {
   std::string out;
-  bool differs = false;
+  bool differs = false, began = false, percent = false, ended = false;
   std::uint32_t number = 0;
+  if (is_fanuc) see_variables(file);
   char* raw = nullptr;
   std::size_t capacity = 0;
   for (ssize_t n = getline(&raw, &capacity, file); n >= 0; n = getline(&raw, &capacity, file)) {
@@ -92,13 +110,22 @@ char* rewritten_text(FILE* file, std::size_t& size) {
       line.erase(0, byte_order_mark.size());
       differs = true;
     }
+    // A program without % at its begin may end with one, behind which the control reads nothing.
+    ended = ended || (began && !percent && is_percent(line));
+    if (ended) {
+      out += left_out;
+      out += '\n';
+      differs = true;
+      continue;
+    }
+    percent = percent || (!began && is_percent(line));
+    began = began || line.find_first_not_of(" \t\r\n") != std::string::npos;
     if (is_python(line)) {
       begin_block(number, 0);
       stop(Stop::program, "Python in a comment, which is not executed");
     }
-    if (word_rules.empty() && !differs) continue;
     try {
-      std::string changed = rewritten_line(line, word_rules);
+      std::string changed = rewritten_line(is_fanuc ? fanuc_text.line(line) : line, word_rules);
       differs = differs || changed != line;
       out += changed;
     } catch (const std::string& message) {
@@ -153,11 +180,12 @@ FILE* guarded_open(const char* path, const char* mode) {
 
 }  // namespace
 
-void guard_files(const std::string& folder, std::vector<Rule> rules) {
+void guard_files(const std::string& folder, std::vector<Rule> rules, bool fanuc) {
   char resolved[PATH_MAX];
   allowed_folder = realpath(folder.c_str(), resolved) != nullptr ? resolved : folder;
   if (allowed_folder.back() != '/') allowed_folder += '/';
   word_rules = std::move(rules);
+  is_fanuc = fanuc;
   guarded = true;
 }
 

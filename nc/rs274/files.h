@@ -18,8 +18,8 @@ struct Rule {
   std::string text;    ///< replacement: words, then a comment for a marker; reason of a refusal
 };
 
-/// From here on files are guarded.
-void guard_files(const std::string& folder, std::vector<Rule> rules);
+/// From here on files are guarded. @param fanuc  words have the meaning that they have on Fanuc controls
+void guard_files(const std::string& folder, std::vector<Rule> rules, bool fanuc);
 /// A file outside of the folder that was asked for, or empty.
 const std::string& refused_file();
 

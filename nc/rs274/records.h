@@ -60,7 +60,8 @@ enum class Setting : std::uint8_t {
   synchronous,      ///< feed a revolution in units; 0 off
   compensation,     ///< cutter radius: 1 left, 2 right, 0 off
   work_offset_set,  ///< number of the work offset in use, 1 to 9
-  skipped           ///< the line was read and not executed: a branch not taken, the body of a subprogram
+  skipped,          ///< the line was read and not executed: a branch not taken, the body of a subprogram
+  open_end          ///< the file ended without M2, M30 or %
 };
 
 /// Why there is no more.

@@ -5,6 +5,7 @@
 //   work NUMBER x y z a b c u v w rotation    (work offset 1 to 9, mm and deg)
 //   tool NUMBER x y z a b c u v w diameter front back orientation
 //   rule ACTION LETTER NUMBER SECOND TEXT     (SECOND - for none, TEXT to the end of the line)
+//   fanuc 1 | block_delete 0 | open_end 0     (a program may end without M2, M30 or %)
 #include <canon.hh>
 #include <csignal>
 #include <cstdio>
@@ -47,6 +48,7 @@ struct Job {
   Limits limits;
   rlim_t seconds = 60;
   std::vector<Rule> rules;
+  bool fanuc = false, open_end = true;
   std::vector<std::string> before;  ///< lines that set the work offsets
 };
 
@@ -67,6 +69,13 @@ Job read_job() {
     if (key == "moves") in >> job.limits.moves;
     if (key == "idle_blocks") in >> job.limits.idle_blocks;
     if (key == "seconds") in >> job.seconds;
+    if (key == "fanuc") in >> job.fanuc;
+    if (key == "open_end") in >> job.open_end;
+    if (key == "block_delete") {
+      bool on = true;
+      in >> on;
+      set_block_delete(on);
+    }
     if (key == "axes") {
       int mask = 0;
       in >> mask;
@@ -127,6 +136,26 @@ extern "C" void out_of_time(int) { stop(Stop::time, ""); }
   stop(Stop::program, text[0] != 0 ? text : "the interpreter stopped without a message");
 }
 
+/// The file has ended without M2, M30 or %.
+bool is_open_end(InterpBase& interpreter, int status) {
+  char text[512] = {};
+  interpreter.error_text(status, text, sizeof text);
+  return std::strstr(text, "ended with no percent sign") != nullptr;
+}
+
+/// Whether the file may end behind the line that was executed last: outside of subprograms and of skipped lines.
+bool may_end_behind(InterpBase& interpreter, bool before, bool ran) {
+  char text[512] = {};
+  interpreter.line_text(text, sizeof text);
+  const std::string line = text;
+  const std::size_t first = line.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) return before;
+  if (interpreter.call_level() > 0) return false;
+  if (line[first] != 'o' && line[first] != 'O') return ran;
+  // The end of a subprogram, a branch or a loop; others of these lines end nothing.
+  return before || line.find("end") != std::string::npos || line.find("END") != std::string::npos;
+}
+
 void name_file(InterpBase& interpreter, std::string& last) {
   char name[512] = {};
   interpreter.file(name, sizeof name);
@@ -145,11 +174,16 @@ void run(InterpBase& interpreter, const Job& job) {
     stop(Stop::file, job.program);
   }
   std::string file;
+  bool may_end = true;  // not within a subprogram, nor where lines are skipped
   for (;;) {
     const int read = interpreter.read();
     name_file(interpreter, file);
     begin_block(static_cast<std::uint32_t>(interpreter.sequence_number()), interpreter.call_level());
     if (read == INTERP_ENDFILE) break;
+    if (read > INTERP_MIN_ERROR && job.open_end && may_end && is_open_end(interpreter, read)) {
+      write_setting(Setting::open_end, 1);
+      break;
+    }
     if (read > INTERP_MIN_ERROR) refuse(interpreter, read);
     const int depth = interpreter.call_level();
     const int done = interpreter.execute();
@@ -158,6 +192,7 @@ void run(InterpBase& interpreter, const Job& job) {
       write_values(Kind::end, static_cast<std::uint8_t>(depth), current_line(), nullptr, 0);
       return;
     }
+    may_end = may_end_behind(interpreter, may_end, has_run() || done == INTERP_EXECUTE_FINISH);
     // M6 and M66 end a line before the interpreter tells that it ran.
     if (!has_run() && done != INTERP_EXECUTE_FINISH) write_setting(Setting::skipped, 1);
     if (done == INTERP_EXECUTE_FINISH) interpreter.synch();
@@ -179,7 +214,7 @@ int main() {
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CORE, 0);
   try {
-    guard_files(job.folder, job.rules);
+    guard_files(job.folder, job.rules, job.fanuc);
     run(*interpreter, job);
   } catch (const std::bad_alloc&) {
     stop(Stop::internal, "out of memory");

@@ -405,7 +405,7 @@ std::string ReduceSummary::brief() const {
   if (!sensors) return text + "\nno sensors: the observer noise is unknown";
   if (!observed || observer.empty()) return text;
   if (const Eigen::Index from = order_of_observer(); from > 0)
-    text += fmt::format("\nabove order {} the observer noise exceeds the reduction error", from);
+    text += fmt::format("\nfrom order {} on the observer noise exceeds the reduction error", from);
   else
     text += "\nthe reduction error exceeds the observer noise at every order tried";
   return text + fmt::format(

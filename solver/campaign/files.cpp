@@ -158,4 +158,19 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
   return result;
 }
 
+std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
+                                      const CampaignOptions& options) {
+  if (!std::filesystem::exists(folder / "done")) return std::nullopt;
+  const std::string made_of = core::read_file(folder / "done");
+  return read_result(folder, load, made_of.substr(0, made_of.find('\n')), options);
+}
+
+std::vector<std::filesystem::path> result_files(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files(std::begin(tables), std::end(tables));
+  for (const char* matrices : {"snapshots.bin", "fields.bin"})
+    if (std::filesystem::exists(folder / matrices)) files.emplace_back(matrices);
+  files.emplace_back("done");
+  return files;
+}
+
 }  // namespace thermotwin::solver

@@ -4,8 +4,10 @@
 // for, and `done`. The last one is written at the end and holds the hash of everything that the results depend on, and
 // the hash of the tables. A load whose tables were changed afterwards is run again.
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/campaign.h"
@@ -28,5 +30,12 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
 /// @return the result if the folder holds a complete one with this hash, with snapshots and fields as the options ask
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
                                       const std::string& hash, const CampaignOptions& options);
+
+/// @return the result if the folder holds a complete one, whatever inputs it was made of
+std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
+                                      const CampaignOptions& options);
+
+/// Names of the files of a result in its folder; `done` is last.
+std::vector<std::filesystem::path> result_files(const std::filesystem::path& folder);
 
 }  // namespace thermotwin::solver

@@ -74,6 +74,8 @@ const KeyTable phase{
         key::flag("coolant", as_before, "The coolants run."),
         key::number("process_W", "W", non_negative, as_before,
                     "Power of the cutting process, of sources with `drive = \"process\"`."),
+        key::number("<drive>_W", "W", non_negative, as_before,
+                    "Power of a drive of machine.toml; it replaces the laws of its sources."),
         key::texts("doors_open", as_before, "Doors that stand open from now on; all others are closed."),
         key::number("<ambient>_gradient_K_m", "K/m", {-50.0, 50.0}, as_before,
                     "*ramp* Gradient of an ambient that has one.")

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "core/config.h"
 #include "core/error.h"
@@ -26,6 +27,8 @@ using core::Node;
 using core::Range;
 
 namespace {
+
+constexpr std::string_view power_suffix = ".power_W";
 
 /// Once for each file: verbs read a load program more than once.
 void warn_of_no_start(const std::string& place) {
@@ -228,6 +231,19 @@ private:
     }
   }
 
+  /// Powers of drives. A source's own laws stand unless a phase sets the power.
+  void read_powers(const Node& phase) {
+    for (const std::string& name : channels_.names()) {
+      if (!name.ends_with(power_suffix)) continue;
+      const std::string key = name.substr(0, name.size() - power_suffix.size()) + "_W";
+      if (phase.has(key)) channel(name) = phase.number(key);
+    }
+    if (channels_.index("process.power_W") >= 0 || !phase.has("process_W")) return;
+    if (const double power = phase.number("process_W"); power > 0.0)
+      throw InputError(phase.place("process_W"), fmt::format("{} W", power),
+                       "0, or a [[source]] with drive = \"process\" in machine.toml");
+  }
+
   void read_phase(const Node& phase, LoadProgram& program) {
     program.phase_names_.push_back(phase.text_or("name", fmt::format("phase {}", program.start_.size() + 1)));
     program.corners_.push_back(program.corners_.back() + read_duration(phase));
@@ -245,16 +261,7 @@ private:
       state = phase.boolean_or("coolant", state != 0.0) ? 1.0 : 0.0;
     }
     if (machine_.coolants.empty()) phase.boolean_or("coolant", false);
-    const int process = channels_.index("process.power_W");
-    const double power = phase.number_or("process_W", process >= 0 ? row_[process] : 0.0);
-    if (process >= 0) {
-      // Nothing was given so far: the source's own laws stand unless a phase sets the power.
-      if (phase.has("process_W")) row_[process] = power;
-    } else if (phase.has("process_W") && power > 0.0) {
-      throw InputError(phase.place("process_W"), fmt::format("{} W", power),
-                       "0, or a [[source]] with drive = \"process\" in machine.toml");
-    }
-
+    read_powers(phase);
     if (phase.has("doors_open")) read_doors(phase);
 
     Eigen::VectorXd start = row_, end = row_;
@@ -296,7 +303,8 @@ private:
       silence("spindle.speed_rpm");
       silence("cutting_fluid.on");
       for (const mesh::CoolantSpec& coolant : machine_.coolants) silence("coolant." + coolant.id + ".on");
-      if (process >= 0) silence("process.power_W");
+      for (const std::string& name : channels_.names())
+        if (name.ends_with(power_suffix) && (std::isfinite(channel(name)) || name == "process.power_W")) silence(name);
     }
     if (const int hour = channels_.index(mesh::time_of_day); hour >= 0 && starts_at_h_) {
       const std::size_t corners = program.corners_.size();

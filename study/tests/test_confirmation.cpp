@@ -87,12 +87,13 @@ std::vector<ConfirmedMachine> confirm_tests(const solver::Case& machine_case, co
       const auto load = solver::LoadProgram::parse(test.text, test.name + ".toml", model.machine);
       TestBlock block = program_block(model.machine, load, as_it_is, std::numeric_limits<double>::infinity());
       for (TestPhase& phase : block.phases) phase.probes = phase.name == probe_phase;
-      values.push_back(estimate(model, setup, block, machines.measure(seed, load, test.text)));
+      values.push_back(estimate(model, setup, block, machines.measure(seed, {load, test.text})));
     }
     std::vector<std::pair<double, double>> sums(values.size());
     for (const std::string& name : loads) {
       Predicted of{machine_case.load(name), {}};
-      of.measured = machines.measure(seed, of.load, core::read_file(machine_case.folder / "loads" / (name + ".toml")));
+      of.measured =
+          machines.measure(seed, {of.load, core::read_file(machine_case.folder / "loads" / (name + ".toml"))});
       for (std::size_t v = 0; v < values.size(); ++v) {
         const auto [sum, count] =
             squares(model, diagnosis::with_parameters(model.machine, parameters, values[v]), of, poses);

@@ -49,21 +49,6 @@ std::set<std::string> tables_of(const VariantStudy& results) {
 
 }  // namespace
 
-void claim_folder(const fs::path& study, const fs::path& plan) {
-  const fs::path note = study / "plan.path", own = fs::canonical(plan);
-  if (fs::exists(note)) {
-    std::string other = core::read_file(note);
-    while (!other.empty() && other.back() == '\n') other.pop_back();
-    std::error_code ignored;
-    if (other == own.string()) return;
-    if (fs::exists(other, ignored) && !fs::equivalent(other, own, ignored)) {
-      throw core::InputError(study.string(), fmt::format("the results of {}, not of {}", other, own.string()),
-                             "one plan a folder: another --out, or another name for one of the plans");
-    }
-  }
-  core::write_file(note, own.string() + "\n");
-}
-
 std::vector<std::string> set_aside(const fs::path& study, const VariantStudy& results) {
   const std::set<std::string> made = tables_of(results);
   std::vector<std::string> stale = tables_in(study);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Results of earlier plans in the folder of a study: tables that this plan does not make are moved to before/<number>,
-// and the folder of one plan is not taken for another.
+// Results of earlier runs in the folder of a study: tables that this plan does not make are moved to before/<number>.
 
 #include <filesystem>
 #include <string>
@@ -10,10 +9,6 @@
 #include "study/variants/variant_results.h"
 
 namespace thermotwin::study {
-
-/// Notes in the folder which plan it is of.
-/// @throws InputError, with both paths, if it is of another plan that still exists
-void claim_folder(const std::filesystem::path& study, const std::filesystem::path& plan);
 
 /// Moves tables that the results do not have to before/1 (2, 3 ...), and warns which. @throws InputError
 /// @return the tables, relative to the folder

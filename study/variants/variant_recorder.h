@@ -10,7 +10,7 @@
 #include "core/binary.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/simulation.h"
-#include "study/units/unit_files.h"
+#include "study/variants/variant_unit.h"
 
 namespace thermotwin::study {
 

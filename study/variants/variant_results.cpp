@@ -11,7 +11,6 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/progress.h"
 #include "core/statistics.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
@@ -39,12 +38,12 @@ struct Block {
 };
 
 Block read_block(const fs::path& study, const std::vector<std::size_t>& members,
-                 const std::map<std::size_t, const Unit*>& units) {
+                 const std::map<std::size_t, const VariantUnit*>& units) {
   Block block;
   for (const std::size_t v : members) {
     const auto unit = units.find(v);
     if (unit == units.end()) continue;
-    const fs::path file = tcp_file(study, *unit->second, v);
+    const fs::path file = unit_folder(study, *unit->second) / tcp_file(v);
     core::Table table = core::read_csv(file);
     if (table.values.cols() < error_values || (!block.errors.empty() && table.rows() != block.frame.rows()))
       throw core::InputError(file.string(), fmt::format("{} rows", table.rows()),
@@ -220,15 +219,6 @@ std::size_t VariantStudy::failed_variants() const {
   return variants.size();
 }
 
-std::string words_of(const Unit& unit, const StudyPlan& plan, const Design& design) {
-  std::string words = fmt::format("variants {} to {} of '{}', size {}", unit.variants.front() + 1,
-                                  unit.variants.back() + 1, unit.load, unit.size);
-  if (unit.variants.size() > 1) return words;
-  for (std::size_t p = 0; p < plan.parameters.size(); ++p)
-    words += fmt::format(", {} = {:.6g}", plan.parameters[p].name, design.variants[unit.variants.front()].values[p]);
-  return words;
-}
-
 std::vector<std::size_t> by_total(const Sensitivity& sensitivity) {
   std::vector<std::size_t> order(sensitivity.total.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -247,31 +237,27 @@ std::vector<std::size_t> that_matter(const Sensitivity& sensitivity) {
 }
 
 VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design,
-                    const std::vector<Unit>& units) {
+                    const std::vector<VariantUnit>& units) {
   VariantStudy results;
   const mesh::Machine& machine = plan.machine_case.machine;
   results.poses = mesh::workspace_poses(machine);
   results.loads = static_cast<int>(plan.loads.size());
   results.results.assign(design.variants.size(), 0);
   for (const int p : design.drawn) results.drawn.push_back(plan.parameters[p].name);
-  std::map<std::string, std::map<std::size_t, const Unit*>> done;  // load, variant
-  core::Progress progress("reading units", units.size());
-  for (const Unit& unit : units) {
-    if (is_done(study, unit)) {
-      for (const std::size_t v : unit.variants) {
-        done[unit.load][v] = &unit;
-        ++results.results[v];
-      }
-      ++results.units_done;
-    } else if (const auto reason = failure_of(study, unit)) {
-      results.failed_units.push_back(words_of(unit, plan, design) + ": " + *reason);
-      for (const std::size_t v : unit.variants) results.failed.push_back({v, unit.load, *reason});
-    } else {
-      results.missing.push_back(fmt::format("unit {}: variants {} to {} of '{}', size {}", unit.id,
-                                            unit.variants.front() + 1, unit.variants.back() + 1, unit.load, unit.size));
+  const std::vector<Unit> plain(units.begin(), units.end());
+  const Standing standing = standing_of(study, plain);
+  std::map<std::string, std::map<std::size_t, const VariantUnit*>> done;  // load, variant
+  for (const std::size_t u : standing.done) {
+    for (const std::size_t v : units[u].variants) {
+      done[units[u].load][v] = &units[u];
+      ++results.results[v];
     }
-    progress.advance();
   }
+  results.units_done = standing.done.size();
+  results.missing = missing_words(plain, standing);
+  results.failed_units = failed_words(plain, standing);
+  for (const auto& [u, reason] : standing.failed)
+    for (const std::size_t v : units[u].variants) results.failed.push_back({v, units[u].load, reason});
   std::stable_sort(results.failed.begin(), results.failed.end(),
                    [](const FailedVariant& a, const FailedVariant& b) { return a.variant < b.variant; });
   for (std::size_t g = 0; g < design.groups.size(); ++g) {

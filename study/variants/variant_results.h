@@ -13,7 +13,7 @@
 #include "core/table.h"
 #include "study/plan/design.h"
 #include "study/statistics/sensitivity.h"
-#include "study/units/unit.h"
+#include "study/variants/variant_unit.h"
 
 namespace thermotwin::study {
 
@@ -61,12 +61,9 @@ inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
 std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);
 
-/// A unit in words, with the values of its variant where it has one only.
-std::string words_of(const Unit& unit, const StudyPlan& plan, const Design& design);
-
 /// @param study  folder of the study
 VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
-                    const std::vector<Unit>& units);
+                    const std::vector<VariantUnit>& units);
 
 /// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, variants.csv, and failures.csv
 /// where variants failed.

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
 #include "diagnosis/causes/parameter_sizes.h"
@@ -18,6 +17,7 @@
 #include "solver/linear/available_memory.h"
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/integrator.h"
+#include "study/units/unit_work.h"
 #include "study/variants/variant_recorder.h"
 
 namespace thermotwin::study {
@@ -37,7 +37,7 @@ namespace {
 constexpr double vectors_per_variant = 16.0;
 constexpr double bytes_per_number = 14.0;  // of a table, with its comma
 
-void require_memory(const StudyPlan& plan, const Unit& unit, Eigen::Index size, int recycled) {
+void require_memory(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index size, int recycled) {
   const double need = static_cast<double>(unit.variants.size()) * static_cast<double>(size) *
                       (vectors_per_variant + 2.0 * recycled) * sizeof(double);
   const double available = static_cast<double>(solver::available_memory());
@@ -60,20 +60,16 @@ VariantRunner::~VariantRunner() = default;
 
 Eigen::Index VariantRunner::nodes() const { return full_ ? full_->model.mesh.nodes() : 0; }
 
-bool VariantRunner::run(const Unit& unit) {
-  if (is_done(options_.study, unit)) return false;
-  const core::FolderLock lock(unit_folder(options_.study, unit));
+UnitFiles VariantRunner::run(const VariantUnit& unit, const fs::path& folder) {
   said_.clear();
-  if (is_done(options_.study, unit)) return false;  // while the lock was waited for
-  const std::vector<VariantTables> tables = options_.reduced != nullptr ? on_reduced_model(unit) : on_full_model(unit);
-  write_unit(options_.study, unit, tables);
+  UnitFiles files = write_tables(
+      folder, unit,
+      options_.reduced != nullptr ? on_reduced_model(unit) : on_full_model(unit, folder / checkpoint_file));
   if (!said_.empty()) core::log_line(said_);
-  std::error_code ignored;
-  fs::remove(unit_folder(options_.study, unit) / "checkpoint.bin", ignored);
-  return true;
+  return files;
 }
 
-std::vector<VariantTables> VariantRunner::on_reduced_model(const Unit& unit) {
+std::vector<VariantTables> VariantRunner::on_reduced_model(const VariantUnit& unit) {
   const solver::LoadProgram program = plan_.machine_case.load(unit.load);
   std::vector<VariantTables> tables(unit.variants.size());
   core::Progress progress("variants of '" + unit.load + "'", unit.variants.size());
@@ -93,7 +89,7 @@ std::vector<VariantTables> VariantRunner::on_reduced_model(const Unit& unit) {
   return tables;
 }
 
-std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
+std::vector<VariantTables> VariantRunner::on_full_model(const VariantUnit& unit, const fs::path& checkpoint_path) {
   const mesh::Machine& nominal = plan_.machine_case.machine;
   if (!full_ || full_->matrices != unit.matrices) {
     full_.reset();  // before the next one: two do not fit into a small memory
@@ -125,8 +121,7 @@ std::vector<VariantTables> VariantRunner::on_full_model(const Unit& unit) {
     }
     return tables;
   }
-  solver::Checkpoint checkpoint(unit_folder(options_.study, unit) / "checkpoint.bin", unit.id, {unit.id},
-                                options_.checkpoint_s, true);
+  solver::Checkpoint checkpoint(checkpoint_path, unit.id, {unit.id}, options_.checkpoint_s, true);
   checkpoint.save_rest = [&](core::BinaryWriter& out) { recorder.save(out); };
   checkpoint.load_rest = [&](core::BinaryReader& in) { recorder.load(in); };
   std::vector<const solver::OperatingModel*> models;

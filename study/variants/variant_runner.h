@@ -14,13 +14,11 @@
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/full_model.h"
 #include "study/plan/design.h"
-#include "study/units/unit.h"
-#include "study/units/unit_files.h"
+#include "study/variants/variant_unit.h"
 
 namespace thermotwin::study {
 
 struct RunnerOptions {
-  std::filesystem::path study;  ///< folder of the study
   std::filesystem::path cache;  ///< of meshes
   solver::SolverChoice solver = solver::SolverChoice::automatic;
   const reduction::ReducedModel* reduced = nullptr;  ///< instead of the full model; must outlive the runner
@@ -35,18 +33,17 @@ public:
   VariantRunner(const StudyPlan& plan, const Design& design, RunnerOptions options);
   ~VariantRunner();
 
-  /// Computes the unit and writes it, unless that was done before. A stopped unit goes on from its checkpoint.
-  /// @return whether anything was computed
-  /// @throws MeshError, SolverError for variants that cannot be computed; InputError for a folder that another process
-  ///   writes or that cannot be written; Interrupted
-  bool run(const Unit& unit);
+  /// Computes the unit and writes its tables into the folder. A stopped unit goes on from its checkpoint there.
+  /// @throws MeshError, SolverError for variants that cannot be computed; InputError for a folder that cannot be
+  ///   written; Interrupted
+  UnitFiles run(const VariantUnit& unit, const std::filesystem::path& folder);
 
   /// Nodes of the mesh that was used last; 0: none was.
   Eigen::Index nodes() const;
 
 private:
-  std::vector<VariantTables> on_full_model(const Unit& unit);
-  std::vector<VariantTables> on_reduced_model(const Unit& unit);
+  std::vector<VariantTables> on_full_model(const VariantUnit& unit, const std::filesystem::path& checkpoint_path);
+  std::vector<VariantTables> on_reduced_model(const VariantUnit& unit);
 
   const StudyPlan& plan_;
   const Design& design_;

@@ -145,5 +145,29 @@ TEST_F(MeasureRTest, PlacesThatContradictTheAxesAreNamed) {
   EXPECT_EQ(two.err.find("warning"), std::string::npos) << two.err;
 }
 
+// The first cycle, the reference, ends before its repeated point; U of the table is the largest.
+TEST_F(MeasureRTest, CyclesWithoutARepeatedPointAreNamed) {
+  const std::string head =
+      "schema = 1\nchain = \"V [w C' B' b Y X Z (C1) t]\"\nstd_um = 0.5\nerrors = ['X0C', 'Y0C', 'Z0T']\n";
+  const auto rows = [](int cycle, int points) {
+    std::string text;
+    for (int i = 0; i < points; ++i) {
+      const double turn = -90.0 * i * deg;
+      text += fmt::format("{},{},{},{:.9f},{:.9f},50,{},0,0\n", 1000 * cycle + 10 * i, cycle, 90 * i,
+                          200.0 * std::cos(turn), 200.0 * std::sin(turn), 2 * i);
+    }
+    return text;
+  };
+  const std::string columns = "time_s,cycle,C_deg,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
+  toy.write("rtest/rtest.toml", head);
+  toy.write("rtest/points.csv", columns + rows(1, 4) + rows(2, 5) + rows(3, 4) + rows(4, 4));
+  const Result mixed = analyse({});
+  EXPECT_SAYS(mixed.out, "cycles 1, 3 to 4 of 4 repeat no point: drift is not corrected there, and U has that of the");
+  EXPECT_SAYS(mixed.out, "cycle 1 is the reference");
+  toy.write("rtest/points.csv", columns + rows(1, 4));
+  EXPECT_SAYS(analyse({}).out, "no cycle repeats a point");
+  EXPECT_SAYS(analyse({}).out, "one cycle: there is none to compare it with; the errors are absolute");
+}
+
 }  // namespace
 }  // namespace thermotwin::cases

@@ -477,6 +477,45 @@ TEST_F(NcRewrite, ShiftNamesWorkOffsetsThatAreNotStated) {
   EXPECT_EQ(text.find("G10", text.find("M30")), std::string::npos) << text;
 }
 
+// Words of linear axes in a move of rotary axes make its feed count along these: the duration stays.
+TEST_F(NcRewrite, RotaryFeedsKeepTheirDuration) {
+  for (const char* move : {"G1 C360 F360", "G93 G1 C360 F1\nG94", "M3 S100\nG95 G1 C360 F3.6"}) {
+    const json before = run(fmt::format("G21 G90\nG0 X30 Y0 Z50 C0\n{}\nG94\nG1 X40 F600\nM2\n", move), "rotary",
+                            {"--rewrite", "path", "--start-C", "26"});
+    const json again = run(corrected("rotary"), "again", {"--start-C", "26"});
+    EXPECT_NEAR(before["cutting_s"].get<double>(), 61.0, 0.3) << move;
+    EXPECT_NEAR(again["cutting_s"].get<double>(), before["cutting_s"].get<double>(), 0.7) << corrected("rotary");
+  }
+}
+
+// Axis words of G52 and G43.1 are offsets.
+TEST_F(NcRewrite, OffsetsOfTheProgramStay) {
+  const std::string text = "G21 G90\nG0 X0 Y0 Z60\nG52 X5\nG1 X30 F400\nG52 X0\nG1 Y10\nG43.1 Z5\nG1 X0\nM2\n";
+  run(text, "offsets", {"--rewrite", "path", "--start-C", "26", "--tolerance", "50"});
+  for (const char* line : {"\nG52 X5\n", "\nG52 X0\n", "\nG43.1 Z5\n"})
+    EXPECT_NE(corrected("offsets").find(line), std::string::npos) << corrected("offsets");
+  run(corrected("offsets"), "again", {"--start-C", "26"});
+  expect_displaced("offsets", "again", 1.2e-4);
+}
+
+// An axis that is parked at the end of its travel stays there.
+TEST_F(NcRewrite, RapidsEndAtTheTravel) {
+  toy.write("home.ngc", "G21 G90\nG0 X10 Y10 Z60\nG1 X30 F400\nG0 X120\nG0 Y0\nG1 X20\nM2\n");
+  const Result result = toy.run(
+      {"nc", (toy_run() / "model.rom.h5").string(), toy.file("home.ngc"), "--rewrite", "path", "--start-C", "26"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "home.ngc:4: the offset is cut at the end of an axis's travel (2 rapid moves");
+  EXPECT_NE(read(toy.result("home.corrected.ngc")).find("G0 X120\n"), std::string::npos);
+}
+
+TEST_F(NcRewrite, NamesFeedsThatBeginUncorrected) {
+  toy.write("ramp.ngc", "G21 G90\nG0 X10 Y10 Z60\nG53 G0 Z70\nG1 X30 F400\nM2\n");
+  const Result result = toy.run(
+      {"nc", (toy_run() / "model.rom.h5").string(), toy.file("ramp.ngc"), "--rewrite", "path", "--start-C", "26"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "ramp.ngc:4: a feed move begins without its offset");
+}
+
 TEST_F(NcRewrite, RefusesWhatItWouldGetWrong) {
   const auto refused = [&](const std::string& text, const std::string& how, const std::vector<std::string>& says) {
     toy.write("part.ngc", text);
@@ -488,7 +527,8 @@ TEST_F(NcRewrite, RefusesWhatItWouldGetWrong) {
   };
   refused("G21\nG0 X5\nG92 X0\nG1 X1 F100\nM2\n", "path", {"part.ngc:3", "G92"});
   refused("G21\nG0 X5\nG10 L2 P1 X3\nG1 X1 F100\nM2\n", "shift", {"part.ngc:3", "G10"});
-  refused("G21 G90\nG0 X120\nM2\n", "path", {"part.ngc:2", "axis X at 120.", "with its offset"});
+  refused("G21 G90\nG1 X120 F900\nM2\n", "path", {"part.ngc:2", "axis X at 120.", "with its offset"});
+  refused("G21 G90\nG0 X5\nG53 G1 X50 F100\nM2\n", "path", {"part.ngc:3", "machine coordinates"});
   const Result machine = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc"), "--rewrite", "path"});
   EXPECT_EQ(machine.status, 2);
   EXPECT_SAYS(machine.err, "reduced model");

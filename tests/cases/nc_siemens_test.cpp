@@ -66,8 +66,8 @@ constexpr const char* linuxcnc =
     "G4 P2\n"
     "G52 X0 Y0\n"
     "M428\n"
-    "G1 X0 Y0 Z80 B10 C350 F3000\n"
-    "B0 C360\n"
+    "G1 X0 Y0 Z80 B10 C-10 F3000\n"
+    "B0 C0\n"
     "M429\n"
     "G91 Z5\n"
     "G90 G0 G49 G53 Z100\n"
@@ -106,6 +106,12 @@ TEST_F(NcSiemens, MessagesHaveTheProgramsOwnPlace) {
   result = run("part.mpf", "siemens", "out");
   EXPECT_EQ(result.status, 3);
   EXPECT_SAYS(result.err, "part.mpf:3: ");
+  EXPECT_EQ(result.err.find("thermotwin_nc_"), std::string::npos) << result.err;
+  // Beyond the travel.
+  toy.write("part.mpf", "G90 G17\nG1 X5 F100\nG1 X500\nM30\n");
+  result = run("part.mpf", "siemens", "out");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_SAYS(result.err, "part.mpf:3: axis X at 500");
   EXPECT_EQ(result.err.find("thermotwin_nc_"), std::string::npos) << result.err;
   EXPECT_FALSE(fs::exists(toy.file("out/rows.csv")));
 }

@@ -176,5 +176,17 @@ TEST(Csv, MillionRowsReadInTime) {
   EXPECT_LT(seconds, 2.0);
 }
 
+// A binary file by mistake: no byte of it upsets the terminal.
+TEST(Csv, RubbishIsNotEchoed) {
+  for (const std::string text : {"a,\x82\x1b[2J\n1,\x9b\x31x\n", "a,b\n1,\x1b\xff\n"}) {
+    try {
+      parse_csv(text, "data.csv");
+      ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+      for (const char c : std::string(error.what())) EXPECT_TRUE(c >= 0x20 && c < 0x7f) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace thermotwin::core

@@ -144,6 +144,9 @@ TEST(Diagnose, ASensorIsToldFromPhysics) {
       std::find_if(d.residuals.begin(), d.residuals.end(), [](const auto& r) { return r.id == "T5_reading"; });
   EXPECT_LT(own->rms_after, 0.3 * own->rms_before);
   EXPECT_FALSE(d.extended_machine_text.empty());
+  EXPECT_NE(d.sentence.find("is judged by these readings. On held-out data the RMS of T5_reading goes from"),
+            std::string::npos)
+      << d.sentence;
 }
 
 TEST(Diagnose, AProbeThatDriftsGetsAReadingWhereItsOwnGainIsCertain) {
@@ -253,6 +256,20 @@ TEST(Diagnose, ACauseBesideSomethingUnknownIsNamedWithTheRestLeftOpen) {
   ASSERT_EQ(d.ambiguous_set.size(), 1u);
   EXPECT_EQ(d.ambiguous_set[0].parameter.kind, Kind::unknown);
   EXPECT_NE(d.sentence.find("an unknown cause as well"), std::string::npos) << d.sentence;
+  EXPECT_EQ(d.next.channel, "") << "the record tells the cause from the machine as stated";
+  EXPECT_NE(d.next.why.find("already distinguishes source_power of motor from the machine as stated"),
+            std::string::npos)
+      << d.next.why;
+  const mesh::Machine machine = lumped::machine();
+  const std::string page = diagnosis::report_html(d, &machine, {});
+  std::size_t before = 0;
+  for (const char* part : {"What to do", "Next measurement", "Extension of the model", "class=\"tiles\"",
+                           "Residuals over time", "Possible explanations", "white noise, p"}) {
+    const std::size_t at = page.find(part);
+    ASSERT_NE(at, std::string::npos) << part;
+    EXPECT_GT(at, before) << part;
+    before = at;
+  }
   EXPECT_TRUE(d.extended_machine_text.empty());
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
     return note.find("one channel alone: T4_reading") != std::string::npos;

@@ -274,9 +274,17 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
       if (!place.joint.empty())
         s.inputs.col(i) = place.slave_share * spot(2, 0.25) + (1 - place.slave_share) * spot(1, z[input.node]);
       else
-        s.inputs.col(i) = place.surface == "head.motor" ? spot(2, 1.0) : spot(1, 0.125);
+        s.inputs.col(i) = place.surface == "head.motor"  ? spot(2, 1.0)
+                          : place.surface == "base.skin" ? spot(0, 0.5)
+                                                         : spot(1, 0.125);
     } else if (input.kind == solver::InputKind::film_ambient) {
       s.inputs.col(i) = skin(input.item);
+    } else if (input.kind == solver::InputKind::film_gradient) {
+      // The base lies at the height of the air's reference, the column stands on it, the head hangs half way up.
+      s.inputs.col(i) = skin(input.item);
+      const double of_head = input.item == 2 ? 0.6 : 0.0;
+      for (Index node = 0; node < n; ++node)
+        s.inputs(input.item * n + node, i) *= input.item == 1 ? rods[1].length * node / (cells - 1) : of_head;
     } else if (input.kind == solver::InputKind::contact_ambient) {
       s.inputs.col(i) = 0.08 * spot(0, 0.125);
     } else {

@@ -37,6 +37,7 @@ struct MeasureOptions {
   double air_swing = 1;                         ///< of its course over the day; 0: steady
   std::string changing{};                       ///< source or joint whose heat or conductance is times ...
   std::function<double(double hour)> factor{};  ///< ... this in the course of the record
+  std::string text = machine_text();            ///< of the machine that is measured
 };
 
 /// Inputs over time: what a shift does to the three rods.
@@ -103,7 +104,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
                                          const MeasureOptions& options = {}) {
   std::mt19937_64 random(options.seed);
   std::normal_distribution<double> normal;
-  mesh::Machine m = machine();
+  mesh::Machine m = mesh::parse_machine(options.text, "rods/machine.toml");
   const auto perturb = [&](core::Uncertain& u) {
     u.value *= std::max(0.2, 1.0 + options.spread * u.std_percent / 100.0 * normal(random));
   };

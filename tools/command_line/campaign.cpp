@@ -5,6 +5,14 @@
 
 namespace thermotwin::tools {
 
+void add_full_campaign_options(CLI::App& verb, CampaignOptions& campaign) {
+  verb.add_option("CASE", campaign.case_path, "Case folder or case.toml.")->required();
+  verb.add_option("--load", campaign.loads, "Load programs to run (default: train and holdout of the case).");
+  add_checkpoint_option(verb, campaign.checkpoint_every_s);
+  add_mesh_options(verb, campaign.size, campaign.mesh_order);
+  add_solver_option(verb, campaign.solver);
+}
+
 void add_campaign(CLI::App& app) {
   const auto options = std::make_shared<CampaignOptions>();
   CampaignOptions& campaign = *options;
@@ -14,8 +22,7 @@ void add_campaign(CLI::App& app) {
       "thermotwin campaign cases/vmc5 --resume\n"
       "  thermotwin campaign cases/vmc5 --reduced --model out/model.rom.h5 --out fast",
       options, &tools::campaign);
-  verb->add_option("CASE", campaign.case_path, "Case folder or case.toml.")->required();
-  verb->add_option("--load", campaign.loads, "Load programs to run (default: train and holdout of the case).");
+  add_full_campaign_options(*verb, campaign);
   auto* resume = verb->add_flag("--resume", campaign.resume, "Keep finished loads and continue an interrupted one.");
   auto* reduced = verb->add_flag("--reduced", campaign.reduced,
                                  "Use the reduced model and write to campaign_reduced/ in --out, without heat.csv.")
@@ -42,9 +49,6 @@ void add_campaign(CLI::App& app) {
                    "With --reduced: a pose, e.g. X=0,Y=0,Z=275,B=45; may be repeated (default: the workspace grid).")
       ->needs(reduced)
       ->excludes(tilts);
-  add_checkpoint_option(*verb, campaign.checkpoint_every_s);
-  add_mesh_options(*verb, campaign.size, campaign.mesh_order);
-  add_solver_option(*verb, campaign.solver);
   for (const char* of_full : {"--size", "--mesh-order", "--order", "--solver", "--checkpoint-every"})
     if (CLI::Option* option = verb->get_option_no_throw(of_full)) reduced->excludes(option);
 }

@@ -23,6 +23,9 @@ void add_mesh_options(CLI::App& verb, std::string& size, int& order,
                       const std::string& order_name = "--mesh-order,--order");
 void add_checkpoint_option(CLI::App& verb, double& every_s);
 void add_solver_option(CLI::App& verb, std::string& solver);
+/// Of `campaign` on the full model.
+void add_full_campaign_options(CLI::App& verb, CampaignOptions& campaign);
+void add_validate_options(CLI::App& verb, ValidateOptions& validate);
 
 /// @param options  live as long as the command line @param verb  called when this verb was given
 template <class Options>

@@ -21,6 +21,7 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
       verb->add_option("--arc", measured.arcs_deg,
                        "Spans of continuous R-Tests, deg, whose centre and tilt are drawn in place of a budget.")
           ->delimiter(',')
+          ->allow_extra_args(false)
           ->check(CLI::Range(10.0, 360.0))
           ->excludes(budget);
   verb->add_option("--radius", measured.radius_mm, "Distance of the sphere from the axis, mm.")
@@ -28,7 +29,7 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--half-width", measured.half_width_um, "Half of the range of each coordinate's uniform error, um.")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1e-6, 1000.0))
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--rate", measured.rate_Hz, "Points per second.")

@@ -20,6 +20,12 @@ void add_nc(CLI::App& app) {
   verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
   verb->add_option("--folder", nc.folder,
                    "Folder below which the program and its subprograms are (default: that of the program).");
+  verb->add_option("--log", nc.log,
+                   "Log of a control (CSV: time_s and one of line and block): its times in place of the planner's.")
+      ->check(CLI::ExistingFile);
+  verb->add_option("--process", nc.process,
+                   "Heat of the cutting process (TOML): power of tools, shares of chips, tool, workpiece and fluid.")
+      ->check(CLI::ExistingFile);
   verb->add_option("--start", nc.start, "Positions before the program, such as X=0,Y=0,Z=100 (default: home).");
   verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
       ->capture_default_str();
@@ -53,6 +59,10 @@ void add_nc(CLI::App& app) {
   verb->add_option("--pause", nc.pause_s, "Pause between two parts, s.")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  verb->add_option("--imprint", nc.imprint,
+                   "Tool of the finishing pass: the error that it leaves in the surface, as a table, a picture and "
+                   "imprint.csv.")
+      ->check(CLI::Range(0, 99999));
   verb->add_flag("--no-blocks", nc.no_blocks, "Leave out blocks.csv, a row for each move.");
   verb->add_flag("--no-page", nc.no_page, "Leave out report.html, the error along the path.");
 }

@@ -17,6 +17,41 @@ void take_over(const CLI::App& group, const CommonOptions& common, CommonOptions
   if (only_before("--json")) options.json = true;
 }
 
+/// Options of a study in units.
+void add_cluster_options(CLI::App& verb, ClusterOptions& cluster) {
+  auto* local = verb.add_flag("--local", cluster.local, "Compute on this host (default).");
+  auto* slurm = verb.add_flag("--slurm", cluster.slurm,
+                              "Write an array job, a gathering job and submit.sh for Slurm, and compute nothing here.")
+                    ->excludes(local);
+  auto* part = verb.add_option("--part", cluster.part,
+                               "Compute every N-th unit from unit I on, as I/N, and gather nothing: a task of the "
+                               "array job.")
+                   ->excludes(slurm)
+                   ->excludes(local);
+  verb.add_flag("--gather", cluster.gather,
+                "Compute nothing: make the tables of the units that are done, and name those that are missing "
+                "(status 3).")
+      ->excludes(slurm)
+      ->excludes(part);
+  verb.add_option("--tasks", cluster.tasks, "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
+      ->check(CLI::Range(1, 100000))
+      ->needs(slurm);
+  verb.add_option("--task-threads", cluster.task_threads, "With --slurm: processors of a task.")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str()
+      ->needs(slurm);
+  verb.add_option("--task-memory", cluster.task_memory_GiB, "With --slurm: memory of a task, GiB.")
+      ->check(CLI::Range(0.01, 1e5))
+      ->capture_default_str()
+      ->needs(slurm);
+  verb.add_option("--task-hours", cluster.task_hours,
+                  "With --slurm: time limit of a task, h; one that reaches it goes on from its checkpoint.")
+      ->check(CLI::Range(0.1, 8760.0))
+      ->capture_default_str()
+      ->needs(slurm);
+  verb.add_option("--partition", cluster.partition, "With --slurm: partition (default: the cluster's).")->needs(slurm);
+}
+
 std::shared_ptr<CommonOptions> add_variants(CLI::App& group) {
   const auto options = std::make_shared<StudyVariantsOptions>();
   StudyVariantsOptions& variants = *options;
@@ -33,41 +68,35 @@ std::shared_ptr<CommonOptions> add_variants(CLI::App& group) {
   verb->add_option("--model", variants.model,
                    "With --reduced: the reduced model (default: model.rom.h5 in --out, else made from the case).")
       ->needs(reduced);
-  auto* local = verb->add_flag("--local", variants.local, "Compute on this host (default).");
-  auto* slurm = verb->add_flag("--slurm", variants.slurm,
-                               "Write an array job, a gathering job and submit.sh for Slurm, and compute nothing here.")
-                    ->excludes(local);
-  auto* part = verb->add_option("--part", variants.part,
-                                "Compute every N-th unit from unit I on, as I/N, and gather nothing: a task of the "
-                                "array job.")
-                   ->excludes(slurm)
-                   ->excludes(local);
-  verb->add_flag("--gather", variants.gather,
-                 "Compute nothing: make the tables of the units that are done, and name those that are missing "
-                 "(status 3).")
-      ->excludes(slurm)
-      ->excludes(part);
-  verb->add_option("--tasks", variants.tasks,
-                   "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
-      ->check(CLI::Range(1, 100000))
-      ->needs(slurm);
-  verb->add_option("--task-threads", variants.task_threads, "With --slurm: processors of a task.")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str()
-      ->needs(slurm);
-  verb->add_option("--task-memory", variants.task_memory_GiB, "With --slurm: memory of a task, GiB.")
-      ->check(CLI::Range(0.01, 1e5))
-      ->capture_default_str()
-      ->needs(slurm);
-  verb->add_option("--task-hours", variants.task_hours,
-                   "With --slurm: time limit of a task, h; one that reaches it goes on from its checkpoint.")
-      ->check(CLI::Range(0.1, 8760.0))
-      ->capture_default_str()
-      ->needs(slurm);
-  verb->add_option("--partition", variants.partition, "With --slurm: partition (default: the cluster's).")
-      ->needs(slurm);
+  add_cluster_options(*verb, variants.cluster);
   add_checkpoint_option(*verb, variants.checkpoint_every_s);
   add_solver_option(*verb, variants.solver);
+  return options;
+}
+
+std::shared_ptr<CommonOptions> add_campaign_study(CLI::App& group) {
+  const auto options = std::make_shared<StudyCampaignOptions>();
+  CLI::App* verb =
+      add_verb(group, "campaign",
+               "Computes the campaign of a case in units, here or on a cluster, and writes the files of "
+               "`campaign`. A unit is the load programs that have the same times.",
+               "thermotwin study campaign cases/vmc5 --slurm --out /shared/vmc5", options, &study_campaign);
+  add_full_campaign_options(*verb, *options);
+  add_cluster_options(*verb, options->cluster);
+  return options;
+}
+
+std::shared_ptr<CommonOptions> add_validate_study(CLI::App& group) {
+  const auto options = std::make_shared<StudyValidateOptions>();
+  CLI::App* verb = add_verb(group, "validate",
+                            "Validates the compensation as `validate` does, in units, here or on a cluster. A unit is "
+                            "a machine that is measured on the full model.",
+                            "thermotwin study validate cases/vmc5 --model out/model.rom.h5 --draws 20 --slurm --out "
+                            "/shared/vmc5",
+                            options, &study_validate);
+  add_validate_options(*verb, *options);
+  add_checkpoint_option(*verb, options->checkpoint_every_s);
+  add_cluster_options(*verb, options->cluster);
   return options;
 }
 
@@ -178,9 +207,11 @@ void add_study(CLI::App& app) {
   group->footer(
       "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
       "options.");
-  const auto variants = add_variants(*group), sensors = add_sensors(*group), tests = add_tests(*group);
-  group->parse_complete_callback([group, common, variants, sensors, tests] {
-    for (const auto& options : {variants, sensors, tests}) take_over(*group, *common, *options);
+  const std::vector<std::shared_ptr<CommonOptions>> all{add_variants(*group), add_campaign_study(*group),
+                                                        add_validate_study(*group), add_sensors(*group),
+                                                        add_tests(*group)};
+  group->parse_complete_callback([group, common, all] {
+    for (const auto& options : all) take_over(*group, *common, *options);
   });
 }
 

@@ -5,6 +5,43 @@
 
 namespace thermotwin::tools {
 
+void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
+  verb.add_option("CASE", validate.case_path, "Case folder or case.toml.")->required();
+  verb.add_option("--model", validate.model, "Reduced model model.rom.h5 (default: made from the case).");
+  verb.add_option("--load", validate.loads, "Load programs (default: holdout of the case).");
+  verb.add_option("--draws", validate.draws,
+                  "Number of perturbed machines; full runs are kept in --out, so a repeated study continues.")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb.add_option("--first-seed", validate.first_seed, "Seed of the first machine; machine i uses this seed + i.")
+      ->capture_default_str();
+  verb.add_option("--perturb", validate.perturb,
+                  "Perturbed parameters: all with std_percent, or thermal: powers, films and contact conductances.")
+      ->check(CLI::IsMember({"all", "thermal"}))
+      ->capture_default_str();
+  verb.add_flag("--power-off", validate.power_off,
+                "Study the return from a power-off: random work, hours without power, unknown state at the return.");
+  verb.add_flag("--failed-sensors", validate.failed_sensors,
+                "Study failed sensors: loss of accuracy and time to detection for each sensor, stuck, 2 K off, noisy "
+                "and absent.")
+      ->excludes("--power-off");
+  verb.add_flag("--coolant", validate.coolant_rise,
+                "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
+  auto* truth = verb.add_option("--truth", validate.reference,
+                                "reference.rom.h5, whose perturbed coefficients replace full models as the truth "
+                                "(seconds; an easier test).")
+                    ->check(CLI::ExistingFile);
+  verb.add_option(
+          "--full-draws", validate.full_draws,
+          "Number of machines that are also simulated on full models on a finer mesh (minutes each), for comparison.")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->needs(truth);
+  verb.add_option("--measured-size", validate.size_factor, "Factor on the element sizes of the virtual machine's mesh.")
+      ->check(CLI::Range(0.05, 2.0))
+      ->capture_default_str();
+}
+
 void add_validate(CLI::App& app) {
   const auto options = std::make_shared<ValidateOptions>();
   ValidateOptions& validate = *options;
@@ -15,41 +52,7 @@ void add_validate(CLI::App& app) {
                             "  thermotwin validate cases/vmc5 --model out/model.rom.h5 --power-off --draws 20 --truth "
                             "out/reference.rom.h5 --full-draws 5",
                             options, &tools::validate);
-  verb->add_option("CASE", validate.case_path, "Case folder or case.toml.")->required();
-  verb->add_option("--model", validate.model, "Reduced model model.rom.h5 (default: made from the case).");
-  verb->add_option("--load", validate.loads, "Load programs (default: holdout of the case).");
-  verb->add_option("--draws", validate.draws,
-                   "Number of perturbed machines; full runs are kept in --out, so a repeated study continues.")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  verb->add_option("--first-seed", validate.first_seed, "Seed of the first machine; machine i uses this seed + i.")
-      ->capture_default_str();
-  verb->add_option("--perturb", validate.perturb,
-                   "Perturbed parameters: all with std_percent, or thermal: powers, films and contact conductances.")
-      ->check(CLI::IsMember({"all", "thermal"}))
-      ->capture_default_str();
-  verb->add_flag("--power-off", validate.power_off,
-                 "Study the return from a power-off: random work, hours without power, unknown state at the return.");
-  verb->add_flag("--failed-sensors", validate.failed_sensors,
-                 "Study failed sensors: loss of accuracy and time to detection for each sensor, stuck, 2 K off, noisy "
-                 "and absent.")
-      ->excludes("--power-off");
-  verb->add_flag("--coolant", validate.coolant_rise,
-                 "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
-  auto* truth = verb->add_option("--truth", validate.reference,
-                                 "reference.rom.h5, whose perturbed coefficients replace full models as the truth "
-                                 "(seconds; an easier test).")
-                    ->check(CLI::ExistingFile);
-  verb->add_option(
-          "--full-draws", validate.full_draws,
-          "Number of machines that are also simulated on full models on a finer mesh (minutes each), for comparison.")
-      ->check(CLI::Range(0, 1000))
-      ->capture_default_str()
-      ->needs(truth);
-  verb->add_option("--measured-size", validate.size_factor,
-                   "Factor on the element sizes of the virtual machine's mesh.")
-      ->check(CLI::Range(0.05, 2.0))
-      ->capture_default_str();
+  add_validate_options(*verb, validate);
 }
 
 }  // namespace thermotwin::tools

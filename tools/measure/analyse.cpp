@@ -21,6 +21,7 @@
 #include "metrology/rtest/grid.h"
 #include "metrology/rtest/result_folder.h"
 #include "metrology/rtest/sphere_places.h"
+#include "metrology/rtest/tool_places.h"
 #include "metrology/surface/surface.h"
 #include "tools/measure/estimate_plots.h"
 #include "tools/measure/json_number.h"
@@ -138,6 +139,28 @@ Rows last_rows(const Estimates& estimates) {
   return rows;
 }
 
+/// (errors) of all cycles.
+Eigen::VectorXd largest_std(const Estimates& estimates) {
+  Eigen::VectorXd largest = estimates.cycles.back().std;
+  for (const CycleResult& cycle : estimates.cycles)
+    for (Eigen::Index e = 0; e < largest.size(); ++e)
+      if (!(largest[e] >= cycle.std[e])) largest[e] = cycle.std[e];
+  return largest;
+}
+
+/// Where the cycles differ in U, the table has the largest. The first one is 0 where it is the reference.
+std::string expanded_words(const Estimates& estimates) {
+  constexpr double alike = 0.05;
+  const Eigen::VectorXd largest = largest_std(estimates);
+  for (std::size_t i = 1; i < estimates.cycles.size(); ++i) {
+    for (Eigen::Index e = 0; e < largest.size(); ++e) {
+      if (estimates.cycles[i].std[e] < (1.0 - alike) * largest[e])
+        return "U differs between cycles: the table has the largest, the file of the errors that of each\n";
+    }
+  }
+  return "";
+}
+
 /// Some cycles, one a row.
 Rows cycle_rows(const Estimates& estimates) {
   Rows rows{{"cycle", "time s"}};
@@ -155,7 +178,7 @@ Rows cycle_rows(const Estimates& estimates) {
     rows.push_back(row);
   }
   std::vector<std::string> expanded{"U (k = 2)", ""};
-  for (const double std : estimates.cycles.back().std)
+  for (const double std : largest_std(estimates))
     expanded.push_back(std::isnan(std) ? "-" : fmt::format("{:.2f}", 2.0 * std / units::um));
   expanded.insert(expanded.end(), {"", ""});
   rows.push_back(expanded);
@@ -165,30 +188,64 @@ Rows cycle_rows(const Estimates& estimates) {
 std::string text_of(const Estimates& estimates) {
   const bool many = estimates.errors.size() > most_columns;
   std::string text = core::format_table(many ? last_rows(estimates) : cycle_rows(estimates));
+  if (!many) text += expanded_words(estimates);
   for (const std::string& words : estimates.not_observable) text += words + "\n";
   return text;
 }
 
-/// A residual of all cycles far above the stated uncertainty comes from errors that are not estimated.
+/// The residual of all cycles by a chi-square test: what is above the stated uncertainty comes from errors that are
+/// not estimated, or the stated uncertainty is too small.
 std::string residual_words(const Estimates& estimates, double std) {
-  constexpr double suspicious = 2.0;
-  constexpr Eigen::Index enough = 5;
-  double squares = 0.0;
-  Eigen::Index degrees = 0;
-  for (const CycleResult& cycle : estimates.cycles) {
-    squares += cycle.residual.squaredNorm();
-    degrees += cycle.degrees_of_freedom;
-  }
-  const double pooled = degrees < enough ? 0.0 : std::sqrt(squares / degrees);
-  if (pooled <= suspicious * std) return "";
+  const metrology::ResidualTest test = metrology::residual_test(estimates, std);
+  if (!test.exceeds) return "";
   return fmt::format(
-      "residuals of {:.3g} um are {:.3g} times the stated uncertainty: the points show errors that are not estimated, "
-      "so U is too small\n",
-      pooled / units::um, pooled / std);
+      "residuals of {:.3g} um are {:.3g} times the stated uncertainty ({} degrees of freedom; by chance in less than "
+      "0.1 %): the points show errors that are not estimated, or std_um is too small, so U is too small\n",
+      test.ratio * std / units::um, test.ratio, test.degrees);
 }
+
+/// Cycles as numbers: "1, 3 to 5".
+std::string numbers_of(const std::vector<std::size_t>& cycles) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < cycles.size();) {
+    std::size_t last = i;
+    while (last + 1 < cycles.size() && cycles[last + 1] == cycles[last] + 1) ++last;
+    parts.push_back(last == i ? fmt::format("{}", cycles[i]) : fmt::format("{} to {}", cycles[i], cycles[last]));
+    i = last + 1;
+  }
+  return core::join(parts);
+}
+
+/// Cycles without a repeated point, and what their drift does.
+std::string drift_words(const RTestRecord& record, const RTestAnalysis& analysis) {
+  std::vector<std::size_t> without;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < analysis.cycles.size(); ++i) {
+    squares += analysis.cycles[i].drift.squaredNorm();
+    if (!analysis.cycles[i].drift_estimated) without.push_back(i + 1);
+  }
+  if (!record.drift || without.empty()) return "";
+  const std::size_t count = analysis.cycles.size(), known = count - without.size();
+  if (known == 0) return "no cycle repeats a point: drift during a cycle is neither corrected nor in U\n";
+  const bool one = without.size() == 1;
+  std::string text = fmt::format(
+      "{} {} of {} {} no point: drift is not corrected there, and U has that of the other cycles, {:.3g} um rms\n",
+      one ? "cycle" : "cycles", numbers_of(without), count, one ? "repeats" : "repeat",
+      std::sqrt(squares / (1.0 * known)) / units::um);
+  if (record.against_first && without.front() == 1)
+    text += "cycle 1 is the reference: its drift is in the errors of all cycles, and in their U\n";
+  return text;
+}
+
+constexpr const char* alone_words =
+    "one cycle: there is none to compare it with; the errors are absolute, as with reference = \"absolute\"\n";
 
 /// What the channels of location errors know of the points.
 std::string points_words(const metrology::TestPoints& points) {
+  if (points.too_many) {
+    return fmt::format("a cycle has more than {} points: the channels of the folder do not state them\n",
+                       metrology::most_functional_rows / 3);
+  }
   if (points.empty()) {
     return "the cycles have no points in common: the channels of the folder do not state them, and a diagnosis with a "
            "machine needs --channels points\n";
@@ -213,6 +270,28 @@ std::string places_words(const RTestRecord& record, json& result) {
                      places.is_cut ? " or more" : "", places.count == 1 ? "" : "s");
 }
 
+/// The tool point that the points of a grid mean, with a warning where they contradict the positions of the axes.
+std::string tool_words(const RTestRecord& record, json& result) {
+  const metrology::ToolPlaces places = metrology::tool_places(record);
+  result["places_of_tool"] = places.count;
+  if (!places.doubt.empty()) core::warn(places.doubt);
+  const Eigen::Vector3d at = (places.first / units::um).array().round() * 1e-3;
+  const std::string first = fmt::format("{:g}, {:g}, {:g} mm", at.x() + 0.0, at.y() + 0.0, at.z() + 0.0);
+  if (places.count == 1) return fmt::format("the points mean a tool point at {} with all axes at 0\n", first);
+  return fmt::format("the points mean {}{} tool points with all axes at 0, the first at {}\n", places.count,
+                     places.is_cut ? " or more" : "", first);
+}
+
+std::string calibration_words(const metrology::CalibrationCheck& check, json& result) {
+  result["calibration"] = {{"misfit_um", check.misfit / units::um},
+                           {"expected_um", check.expected / units::um},
+                           {"gains", {check.least_gain, check.most_gain}}};
+  if (!check.doubt.empty()) core::warn(check.doubt);
+  return fmt::format(
+      "calibration: misfit {:.2g} um, by the stated noise {:.2g} um; probes read {:.3f} to {:.3f} um per um\n",
+      check.misfit / units::um, check.expected / units::um, check.least_gain, check.most_gain);
+}
+
 /// The files that all records have in common, and the summary.
 void write_estimates(const MeasureOptions& options, const Estimates& estimates,
                      const compensation::Measurement& measurement, const std::string& table, const std::string& picture,
@@ -224,7 +303,8 @@ void write_estimates(const MeasureOptions& options, const Estimates& estimates,
     result["measurement"] = (options.out / "measurement").string();
   }
   core::write_file(options.out / "analysis.json", result.dump(1) + "\n");
-  text += fmt::format("{} cycles; in {}", estimates.cycles.size(), (options.out / (table + ".csv")).string());
+  text += fmt::format("{} cycle{}; in {}", estimates.cycles.size(), estimates.cycles.size() == 1 ? "" : "s",
+                      (options.out / (table + ".csv")).string());
   if (!measurement.channels.empty())
     text += fmt::format(", a folder for evaluate and diagnose in {}", (options.out / "measurement").string());
   print_summary(options, text + "\n", result.dump());
@@ -241,6 +321,7 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
                                                     ? metrology::points_measurement_of(record, beside)
                                                     : metrology::measurement_of(record, analysis, points, beside);
   json result = json_of(analysis);
+  result["residual_over_std"] = number_or_null(metrology::residual_test(analysis, record.std).ratio);
   if (!grid) {
     if (const json arcs = arcs_json(record); !arcs.empty()) result["arcs"] = arcs;
   }
@@ -248,9 +329,9 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   core::write_csv(options.out / "residuals.csv", residuals);
   if (grid) core::write_file(options.out / "residuals.svg", residual_picture(residuals));
   std::string text = text_of(analysis) + residual_words(analysis, record.std);
-  if (record.drift && !analysis.cycles.back().drift_estimated)
-    text += "no cycle repeats a point: drift during a cycle is not corrected\n";
-  if (!grid) text += arcs_words(record) + places_words(record, result);
+  text += drift_words(record, analysis) + (record.alone ? alone_words : "");
+  if (record.calibration) text += calibration_words(*record.calibration, result);
+  text += grid ? tool_words(record, result) : arcs_words(record) + places_words(record, result);
   if (channels == "errors") text += points_words(points);
   write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
                   over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
@@ -263,7 +344,7 @@ void analyse_mandrel(const MeasureOptions& options) {
       metrology::measurement_of(estimates, record.pose, record.against_first, beside_of(options));
   write_estimates(options, estimates, measurement, "displacements",
                   over_time(estimates, "displacement and rotation of the tool"), json_of(estimates),
-                  text_of(estimates));
+                  text_of(estimates) + (record.alone ? alone_words : ""));
 }
 
 void analyse_surface(const MeasureOptions& options) {
@@ -278,31 +359,38 @@ void analyse_surface(const MeasureOptions& options) {
   core::write_file(options.out / "map.svg", surface_picture(map, points));
   core::write_csv(options.out / "residuals.csv", points);
   write_estimates(options, estimates, measurement, "modes", over_time(estimates, "modes of the table's surface"),
-                  json_of(estimates), text_of(estimates) + residual_words(estimates, record.std));
+                  json_of(estimates),
+                  text_of(estimates) + residual_words(estimates, record.std) + (record.alone ? alone_words : ""));
 }
 
 void analyse_thermal(const MeasureOptions& options) {
   const metrology::ThermalTable table =
       metrology::thermal_table(compensation::read_measurement(options.file), options.ambient);
-  Rows rows{{"channel", "unit", "first hour", "whole test", "end", "u of a range"}};
+  Rows rows{{"channel", "unit", "first hour", "whole test", "without noise", "u", "end", "u"}};
   if (!table.ambient.empty()) rows[0].insert(rows[0].end(), {"per K", "u"});
   json json_rows = json::array();
+  const auto cell = [](double value, int digits) {
+    return std::isnan(value) ? std::string("-") : fmt::format("{:.{}g}", value, digits);
+  };
   for (const metrology::ThermalRow& row : table.rows) {
-    rows.push_back({row.channel, row.unit, std::isnan(row.first_hour) ? "-" : fmt::format("{:.3g}", row.first_hour),
-                    fmt::format("{:.3g}", row.whole), fmt::format("{:.3g}", row.last),
-                    fmt::format("{:.2g}", row.uncertainty)});
+    rows.push_back({row.channel, row.unit, cell(row.first_hour, 3), cell(row.whole, 3), cell(row.motion, 3),
+                    cell(row.motion_std, 2), cell(row.last, 3), cell(row.last_std, 2)});
     if (!table.ambient.empty())
-      rows.back().insert(rows.back().end(),
-                         {fmt::format("{:.3g}", row.gradient), fmt::format("{:.2g}", row.gradient_std)});
+      rows.back().insert(rows.back().end(), {cell(row.gradient, 3), cell(row.gradient_std, 2)});
     json_rows.push_back({{"channel", row.channel},
                          {"unit", row.unit},
                          {"count", row.count},
                          {"range_first_hour", number_or_null(row.first_hour)},
+                         {"range_first_hour_without_noise", number_or_null(row.first_hour_motion)},
+                         {"std_of_first_hour_without_noise", number_or_null(row.first_hour_std)},
                          {"range", row.whole},
+                         {"range_without_noise", row.motion},
+                         {"std_of_range_without_noise", row.motion_std},
                          {"end", row.last},
-                         {"std_of_a_range", row.uncertainty},
+                         {"std_of_end", row.last_std},
                          {"gradient_per_K", number_or_null(row.gradient)},
-                         {"gradient_std", number_or_null(row.gradient_std)}});
+                         {"gradient_std", number_or_null(row.gradient_std)},
+                         {"reliability_of_ambient", number_or_null(row.reliability)}});
   }
   const json result = {{"duration_s", table.duration},
                        {"ambient", table.ambient},
@@ -313,6 +401,13 @@ void analyse_thermal(const MeasureOptions& options) {
   if (!table.ambient.empty()) text += fmt::format("; {} changes by {:.3g} K", table.ambient, table.ambient_range);
   text += fmt::format("; in {}\n", (options.out / "thermal_table.json").string());
   if (!table.has_an_hour()) text += "the record is shorter than an hour: it has no range of the first hour\n";
+  for (const metrology::ThermalRow& row : table.rows) {
+    constexpr double good = 0.9;
+    if (!(row.reliability < good)) continue;
+    text += fmt::format("{} over {}: {:.0f} % of the temperature's variance are its scatter; {}\n", row.channel,
+                        table.ambient, 100.0 * (1.0 - row.reliability),
+                        std::isnan(row.gradient) ? "too much for a gradient" : "the gradient is corrected for it");
+  }
   print_summary(options, text, result.dump());
 }
 

@@ -86,7 +86,8 @@ core::Table draws_table(const std::vector<double>& arcs, const std::vector<ArcSt
 void measure_arcs(const MeasureOptions& options) {
   std::vector<ArcStudyResult> results;
   for (const double arc : options.arcs_deg) results.push_back(metrology::study_arc(study_of(options, arc)));
-  std::vector<std::vector<std::string>> rows{{"arc deg", "points", "quantity", "unit", "std", "theory", "range"}};
+  std::vector<std::vector<std::string>> rows{
+      {"arc deg", "points", "quantity", "unit", "std", "theory", "range", "mean"}};
   json arcs = json::array();
   for (std::size_t i = 0; i < results.size(); ++i) {
     const ArcStudyResult& result = results[i];
@@ -95,8 +96,10 @@ void measure_arcs(const MeasureOptions& options) {
       rows.push_back({fmt::format("{:.4g}", options.arcs_deg[i]), fmt::format("{}", result.points), names[k],
                       k < 2 ? "um" : "um/m", fmt::format("{:.3g}", result.std[k] / units::um),
                       fmt::format("{:.3g}", result.theory[k] / units::um),
-                      fmt::format("{:.3g}", result.range[k] / units::um)});
-      arc[names[k]] = {{"std", result.std[k] / units::um},
+                      fmt::format("{:.3g}", result.range[k] / units::um),
+                      fmt::format("{:.2g}", result.draws.col(k).mean() / units::um)});
+      arc[names[k]] = {{"mean", result.draws.col(k).mean() / units::um},
+                       {"std", result.std[k] / units::um},
                        {"theory", result.theory[k] / units::um},
                        {"range", result.range[k] / units::um}};
     }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -46,6 +47,18 @@ std::string verdict(const Comparison& compared) {
   }
 }
 
+/// Least degrees of freedom of the inputs that are drawn from t distributions: to 2 of them they have no variance, to 1
+/// no mean either.
+double least_degrees(const Budget& budget, const GumResult& linear, Index quantity) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < budget.inputs.size(); ++i) {
+    const metrology::BudgetInput& input = budget.inputs[i];
+    const bool counts = input.distribution == metrology::Distribution::normal && input.std > 0.0;
+    if (counts && linear.sensitivity(quantity, i) != 0.0) least = std::min(least, input.degrees_of_freedom);
+  }
+  return least;
+}
+
 std::vector<Comparison> comparisons(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
   std::vector<Comparison> all;
   for (Index i = 0; i < linear.value.size(); ++i) all.push_back(metrology::compare(budget, linear, drawn, i));
@@ -57,6 +70,7 @@ json json_of(const Budget& budget, const GumResult& linear, const MonteCarloResu
   const auto ends = [](const CoverageInterval& at) { return json{at.low, at.high}; };
   json quantities = json::array();
   for (Index i = 0; i < linear.value.size(); ++i) {
+    const double least = least_degrees(budget, linear, i);
     json contributions = json::array(), gum_correlation = json::object(), drawn_correlation = json::object();
     for (Index k = 0; k < linear.contribution.cols(); ++k) {
       const metrology::BudgetInput& input = budget.inputs[k];
@@ -81,8 +95,8 @@ json json_of(const Budget& budget, const GumResult& linear, const MonteCarloResu
                             {"correlation", gum_correlation},
                             {"contributions", contributions}}},
                           {"monte_carlo",
-                           {{"mean", drawn.mean[i]},
-                            {"std", drawn.std[i]},
+                           {{"mean", least > 1.0 ? json(drawn.mean[i]) : json(nullptr)},
+                            {"std", least > 2.0 ? json(drawn.std[i]) : json(nullptr)},
                             {"interval", ends(drawn.symmetric[i])},
                             {"shortest_interval", ends(drawn.shortest[i])},
                             {"interval_std", number_or_null(drawn.end_std[i])},
@@ -120,9 +134,10 @@ std::string results_text(const Budget& budget, const GumResult& linear, const Mo
                     number(linear.degrees_of_freedom[i]), number(linear.factor[i]), number(linear.expanded[i]),
                     beside(linear.value[i] - linear.expanded[i], linear.std[i]),
                     beside(linear.value[i] + linear.expanded[i], linear.std[i])});
-    rows.push_back({quantity.name, quantity.unit, "draws", beside(drawn.mean[i], drawn.std[i]), number(drawn.std[i]),
-                    "", "", "", beside(drawn.symmetric[i].low, drawn.std[i]),
-                    beside(drawn.symmetric[i].high, drawn.std[i])});
+    const double least = least_degrees(budget, linear, i), std = least > 2.0 ? drawn.std[i] : linear.std[i];
+    rows.push_back({quantity.name, quantity.unit, "draws", least > 1.0 ? beside(drawn.mean[i], std) : "-",
+                    least > 2.0 ? number(std) : "-", "", "", "", beside(drawn.symmetric[i].low, std),
+                    beside(drawn.symmetric[i].high, std)});
   }
   return core::format_table(rows);
 }
@@ -135,6 +150,13 @@ std::string comparison_text(const Budget& budget, const GumResult& linear, const
     text += fmt::format("{}: GUM and Monte Carlo: {}: ends {:.2g} and {:.2g} apart, tolerance {:.2g}{}\n",
                         budget.quantities[i].name, verdict(at), at.low_apart, at.high_apart, at.tolerance,
                         at.enough_draws ? "" : "; the ends need more draws");
+  }
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    const double least = least_degrees(budget, linear, i);
+    if (least > 2.0) continue;
+    text +=
+        fmt::format("{}: an input with {:.3g} degrees of freedom: its t distribution has no {}, the interval counts\n",
+                    budget.quantities[i].name, least, least > 1.0 ? "variance" : "mean and no variance");
   }
   if (budget.factor) {
     text += fmt::format("the factor {:.3g} is stated; intervals of the draws have a probability of {:.4g}\n",

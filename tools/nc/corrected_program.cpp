@@ -22,6 +22,7 @@ CorrectedProgram::CorrectedProgram(const NcOptions& options, const nc::ControlPr
   nc::RewriteOptions rewrite;
   rewrite.tolerance = options.tolerance_um * core::units::um;
   rewrite.words = control.words;
+  rewrite.dwells_in_ms = control.dialect == nc::Dialect::fanuc;
   file_ = folder / name_;
   stream_.open(file_, std::ios::binary);
   nc::ProgramText lines = nc::ProgramText::of_file(program_);

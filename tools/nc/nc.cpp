@@ -9,16 +9,21 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "compensation/control/model_order.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/progress.h"
 #include "core/range.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/file.h"
 #include "nc/motion/axis_motion.h"
+#include "nc/motion/logged_times.h"
 #include "nc/prediction/prediction.h"
+#include "nc/report/imprint.h"
+#include "nc/report/location_errors.h"
 #include "nc/report/operations.h"
 #include "nc/report/parts.h"
 #include "nc/report/report.h"
@@ -81,50 +86,78 @@ void require_spindle(const mesh::Machine& machine, const nc::MoveState& state, c
                            fmt::format("at most {} rpm (spindle_max_rpm)", machine.spindle_max_rpm));
 }
 
+nc::ProcessHeat read_process(const NcOptions& options, const mesh::Machine& machine) {
+  return options.process.empty() ? nc::ProcessHeat() : nc::ProcessHeat::load(options.process, machine);
+}
+
 /// One run through the program with all that is made on the way.
 class Run {
 public:
   Run(const NcOptions& options, const Twin& twin, const nc::ControlProfile& control,
       std::unique_ptr<nc::PresentMachine> present)
-      : options_(options),
+      : process_(read_process(options, twin.machine)),
+        options_(options),
         twin_(twin),
         control_(control),
         motion_(twin.machine),
         start_(start_of(options, twin.machine, present.get())),
         clock_(present ? present->start_s() : 0.0),
-        load_(twin.machine, options.program.stem().string(), options.start_C, start_),
-        rows_(start_, options.row_s, [this](const nc::Row& row) { take_row(row); }),
+        load_(twin.machine, process_.drives(), options.program.stem().string(), options.start_C, start_),
+        rows_(start_, options.row_s, process_, [this](const nc::Row& row) { take_row(row); }),
         planner_(
             {control.axes, control.blend_tolerance, control.block_cycle, control.look_ahead, control.overlaps_corners},
-            [this](const nc::Timed& timed) { take_timed(timed); }) {
+            [this](const nc::Timed& timed) { times_ ? times_->add(timed) : take_timed(timed); }) {
     program_travel_ = nc::Positions::Zero(start_.size());
+    if (!options.log.empty()) use_log();
     if (twin.model) {
       nc::PredictionOptions prediction;
       prediction.start_C = options.start_C;
       prediction.interval = options.row_s;
       prediction.parts = options.repeat;
+      prediction.drives = process_.drives();
       predictor_ = std::make_unique<nc::Predictor>(*twin.model, std::move(present), start_, prediction,
                                                    [this](const nc::PredictedMove& move) { take_predicted(move); });
       if (!options.no_page) content_ = std::make_unique<PageContent>(motion_, predictor_->limits());
+      locations_ = std::make_unique<nc::LocationErrors>(twin.machine);
+      if (options.imprint) imprint_ = std::make_unique<nc::Imprint>(motion_, *options.imprint);
     }
   }
 
   std::vector<std::filesystem::path> write(const std::filesystem::path& folder) {
     rows_out_.open(folder / "rows.csv", std::ios::binary);
-    rows_out_ << nc::rows_header(twin_.machine) << nc::first_row_text(twin_.machine, start_, clock_);
+    rows_out_ << nc::rows_header(twin_.machine, process_.drives())
+              << nc::first_row_text(twin_.machine, process_.drives(), start_, clock_);
     const bool blocks = predictor_ && !options_.no_blocks;
     if (blocks) {
       blocks_out_.open(folder / "blocks.csv", std::ios::binary);
       blocks_out_ << blocks_header(twin_.machine, predictor_->axes());
     }
+    if (locations_) {
+      locations_out_.open(folder / "locations.csv", std::ios::binary);
+      locations_out_ << locations_->header();
+    }
+    if (imprint_) {
+      imprint_out_.open(folder / "imprint.csv", std::ios::binary);
+      imprint_out_ << nc::Imprint::header();
+    }
     if (!options_.rewrite.empty()) corrected_ = std::make_unique<CorrectedProgram>(options_, control_, motion_, folder);
     read();
+    warn_of_tools();
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
     if (corrected_) {
       corrected_->finish(program_, reading_);
       files.emplace_back(corrected_->name());
     }
     if (blocks) files.emplace_back("blocks.csv");
+    if (imprint_) {
+      require_imprint();
+      files.emplace_back("imprint.csv");
+      close(imprint_out_, "imprint.csv");
+    }
+    if (locations_) {
+      files.emplace_back("locations.csv");
+      close(locations_out_, "locations.csv");
+    }
     close(rows_out_, "rows.csv");
     if (blocks) close(blocks_out_, "blocks.csv");
     core::write_file(folder / "load.toml", load_.finish(options_.row_s));
@@ -151,7 +184,7 @@ public:
       travel[name] = program_travel_[i] / unit;
       rows[name] = rows_.travel()[i] / unit;
     }
-    nlohmann::json json = {{"duration_s", planner_.time()},
+    nlohmann::json json = {{"duration_s", duration_},
                            {"moves", program_.moves},
                            {"lines", program_.blocks},
                            {"feeds", program_.feeds},
@@ -183,13 +216,21 @@ public:
         json["drift_ahead_um"] = std::isfinite(ahead) ? nlohmann::json(ahead) : nlohmann::json();
       }
     }
+    if (imprint_)
+      for (const auto& [line, block] : imprint_->blocks()) {
+        const Eigen::Vector3d mean = block.error.sum / block.error.count, range = block.error.high - block.error.low;
+        json["imprint"].push_back({{"line", line},
+                                   {"runs", block.runs},
+                                   {"mean_um", std::vector<double>(mean.begin(), mean.end())},
+                                   {"range_um", std::vector<double>(range.begin(), range.end())}});
+      }
     if (corrected_) json["rewrite"] = corrected_->json();
     return json;
   }
   std::string text() const {
     std::string text = fmt::format(
         "nc: {:.1f} s: {:.1f} s cutting, {:.1f} s rapid, {:.1f} s standing; {} moves in {} lines run, {} tool changes",
-        planner_.time(), cutting_, rapid_, paused_, program_.moves, program_.blocks, program_.tool_changes);
+        duration_, cutting_, rapid_, paused_, program_.moves, program_.blocks, program_.tool_changes);
     if (predictor_ && largest_um_.size() > 0) {
       text += "\nlargest offset of a cutting move:";
       for (std::size_t i = 0; i < predictor_->axes().size(); ++i)
@@ -203,6 +244,10 @@ public:
       if (const double ahead = parts_.drift_ahead(); ahead > options_.tolerance_um)
         text += "\n" + nc::unsettled_text(ahead, options_.tolerance_um, "um");
     }
+    if (imprint_)
+      text += fmt::format("\nimprint of tool {}, tool against workpiece:\n", imprint_->tool()) +
+              core::format_table(nc::imprint_table(*imprint_, 40)) +
+              (imprint_->blocks().size() > 40 ? "further lines are in imprint.csv" : "");
     if (outside_ > 0)
       text += fmt::format("\n{} of {} moves end outside of the model's workspace", outside_, predicted_);
     return text;
@@ -214,6 +259,29 @@ private:
     if (!out)
       throw core::InputError((options_.out / name).string(), "cannot be written", "a place with room and permission");
   }
+  void require_imprint() const {
+    if (!imprint_->blocks().empty()) return;
+    std::vector<std::string> tools;
+    for (const int tool : cutting_tools_) tools.push_back(std::to_string(tool));
+    throw core::InputError("nc: --imprint", fmt::format("tool {}, which cuts nothing", imprint_->tool()),
+                           tools.empty() ? "a program that cuts" : "one of: " + core::join(tools));
+  }
+  void warn_of_lines() const {
+    if (program_.deletable > 0 && control_.block_delete)
+      core::warn(
+          fmt::format("{}: {} lines begin with / and are left out; block_delete = false in the control profile "
+                      "runs them",
+                      options_.program.string(), program_.deletable));
+    if (program_.open_end)
+      core::warn(fmt::format("{}: ends without M2, M30 or %; the end of the file counts", options_.program.string()));
+  }
+  void warn_of_tools() const {
+    if (process_.unknown_tools().empty()) return;
+    std::vector<std::string> names;
+    for (const int tool : process_.unknown_tools()) names.push_back(tool > 0 ? fmt::format("T{}", tool) : "none");
+    core::warn(fmt::format("{}: no [[tool]] for {}, whose process power is taken to be 0", options_.process.string(),
+                           core::join(names)));
+  }
   nc::Report report() const {
     nc::Report report;
     report.program = options_.program.filename().string();
@@ -223,7 +291,7 @@ private:
                         : fmt::format("begins {} s after the saved state {}", options_.after_s.value_or(options_.row_s),
                                       options_.state.filename().string());
     report.axes = predictor_->axes();
-    report.duration_s = planner_.time();
+    report.duration_s = duration_;
     report.cutting_s = cutting_;
     report.rapid_s = rapid_;
     report.pause_s = paused_;
@@ -237,6 +305,8 @@ private:
       report.drift_ahead_um = parts_.drift_ahead();
     }
     if (corrected_) report.rewritten = fmt::format("{} is the corrected program.", corrected_->name());
+    report.locations = nc::location_section(*locations_);
+    if (imprint_) report.imprint = nc::imprint_section(*imprint_, 300);
     report.next = next_steps();
     return report;
   }
@@ -262,8 +332,13 @@ private:
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
       if (file_ != block.file) file_ = block.file;
       if (corrected_ && rewrites_) corrected_->block(block, frame);
+      if (!times_) return;
+      nc::MoveState state = block.state;
+      state.part = part_;
+      times_->block(state);
     };
     sink.skipped = [this] {
+      if (times_) times_->skipped();
       if (corrected_ && rewrites_) corrected_->skipped();
     };
     sink.move = [this](const nc::Move& given, const nc::Frame& frame) {
@@ -276,11 +351,12 @@ private:
         if (!(move.length > 0.0)) return;
       }
       tcp_ = move.state.tcp;
-      move.state.part = part_;
+      set_run(move.state);
       state_ = move.state;
       if (corrected_ && rewrites_) corrected_->move(move);
-      const auto source =
-          rewrites_ && (corrected_ || content_) ? std::make_shared<nc::Source>(nc::Source{move, frame}) : nullptr;
+      const auto source = rewrites_ && (corrected_ || content_ || imprint_)
+                              ? std::make_shared<nc::Source>(nc::Source{move, frame})
+                              : nullptr;
       motion_.elements(move, file_, source, [this](nc::Element&& element) {
         nc::Positions low = element.base, high = element.base;
         element.sweep(0.0, 1.0, program_travel_, low, high);
@@ -291,7 +367,7 @@ private:
     sink.pause = [this](const nc::Pause& pause) {
       require_spindle(twin_.machine, pause.state, file_);
       state_ = pause.state;
-      state_.part = part_;
+      set_run(state_);
       if (corrected_ && rewrites_) corrected_->pause(pause);
       stand(pause.seconds);
     };
@@ -312,10 +388,25 @@ private:
       // It belongs to the last operation, with spindle and fluid off.
       state_.spindle_rpm = 0.0;
       state_.flood = state_.mist = false;
+      set_run(state_);
       stand(options_.pause_s);
     }
+    warn_of_lines();
     planner_.finish();
+    if (times_) times_->finish();
     rows_.finish();
+  }
+  /// Which run of the program, and how much of the log, a state belongs to.
+  void set_run(nc::MoveState& state) const {
+    state.part = part_;
+    if (times_) state.logged = times_->reached();
+  }
+  void use_log() {
+    log_ = nc::ControlLog::read(options_.log, options_.program);
+    times_ = std::make_unique<nc::LoggedTimes>(log_, start_, [this](const nc::Timed& timed) { take_timed(timed); });
+    if (!log_.power.empty())
+      process_.use(
+          [this](double from, double to) { return log_.energy(from - times_->log_zero(), to - times_->log_zero()); });
   }
   void stand(double seconds) {
     nc::Element element = nc::Element::line(last_, last_);
@@ -326,6 +417,7 @@ private:
   void take_timed(const nc::Timed& timed) {
     operations_.add(timed);
     const double duration = timed.duration();
+    duration_ = timed.end();
     (timed.element.pause > 0.0 ? paused_ : timed.element.rapid ? rapid_ : cutting_) += duration;
     if (predictor_) predictor_->add(timed);
     rows_.add(timed);
@@ -334,7 +426,9 @@ private:
     ++row_count_;
     rows_out_ << nc::row_text(twin_.machine, row, clock_);
     load_.add(row);
-    if (predictor_) predictor_->row(row);
+    if (!predictor_) return;
+    predictor_->row(row);
+    locations_out_ << locations_->add(predictor_->field(), row.to);
   }
   void take_predicted(const nc::PredictedMove& move) {
     ++predicted_;
@@ -342,7 +436,9 @@ private:
     operations_.add(move);
     parts_.add(move);
     if (content_) content_->add(move);
+    if (imprint_) imprint_out_ << imprint_->add(move);
     if (!move.timed->element.rapid) {
+      cutting_tools_.insert(move.timed->element.state.tool);
       if (largest_um_.size() == 0) largest_um_ = std_um_ = Eigen::VectorXd::Zero(move.offset_um.size());
       for (Eigen::Index i = 0; i < move.offset_um.size(); ++i)
         if (std::abs(move.offset_um[i]) > std::abs(largest_um_[i])) largest_um_[i] = move.offset_um[i];
@@ -352,6 +448,7 @@ private:
     if (blocks_out_.is_open()) blocks_out_ << block_text(twin_.machine, move, predicted_);
   }
 
+  nc::ProcessHeat process_;
   const NcOptions& options_;
   const Twin& twin_;
   const nc::ControlProfile& control_;
@@ -361,19 +458,24 @@ private:
   nc::LoadText load_;
   nc::RowBuilder rows_;
   nc::Planner planner_;
+  nc::ControlLog log_;
+  std::unique_ptr<nc::LoggedTimes> times_;  ///< none: those of the planner
   std::unique_ptr<nc::Predictor> predictor_;
   std::unique_ptr<PageContent> content_;
+  std::unique_ptr<nc::Imprint> imprint_;
+  std::unique_ptr<nc::LocationErrors> locations_;
+  std::set<int> cutting_tools_;
   nc::Operations operations_;
   nc::ProgramSummary program_;
   nc::InterpreterOptions reading_;
   std::unique_ptr<CorrectedProgram> corrected_;
   std::string file_;
   nc::MoveState state_;  ///< of the last element
-  std::ofstream rows_out_, blocks_out_;
+  std::ofstream rows_out_, blocks_out_, imprint_out_, locations_out_;
   bool tcp_ = false, rewrites_ = true;
   int part_ = 0;
   nc::Parts parts_;
-  double cutting_ = 0, rapid_ = 0, paused_ = 0;
+  double duration_ = 0, cutting_ = 0, rapid_ = 0, paused_ = 0;  ///< s
   long row_count_ = 0, predicted_ = 0, outside_ = 0;
   Eigen::VectorXd largest_um_, std_um_;
 };
@@ -392,6 +494,8 @@ void nc(const NcOptions& options) {
   if (!options.tools.empty()) control.use_table(nc::read_tool_table(options.tools));
   if (!options.rewrite.empty() && !twin.model)
     throw core::UsageError("nc: --rewrite needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
+  if (options.imprint && !twin.model)
+    throw core::UsageError("nc: --imprint needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
   if (!options.rewrite.empty() && control.dialect != nc::Dialect::rs274)
     throw core::UsageError("nc: --rewrite does not write programs of the control '" + control.name +
                            "'; allowed: control profiles with dialect = \"rs274\"");

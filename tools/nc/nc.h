@@ -15,7 +15,9 @@ struct NcOptions : CommonOptions {
   std::filesystem::path program;
   std::string control = "linuxcnc";
   std::filesystem::path tools, folder;
-  std::string start;  ///< pose before the program; empty: home
+  std::filesystem::path log;      ///< of a control: times of lines; empty: the planner's
+  std::filesystem::path process;  ///< heat of the cutting process; empty: none
+  std::string start;              ///< pose before the program; empty: home
   double start_C = 20, row_s = 10;
   std::filesystem::path state;           ///< of `compensate --state`; empty: at start_C
   std::optional<double> after_s;         ///< from the state to the program; none: row_s
@@ -25,8 +27,9 @@ struct NcOptions : CommonOptions {
   std::string rewrite;                   ///< empty, "path" or "shift"
   double tolerance_um = 0.5;
   bool no_blocks = false, no_page = false;
-  int repeat = 1;      ///< runs of the program
-  double pause_s = 0;  ///< between them
+  std::optional<int> imprint;  ///< tool of the finishing pass; none: no imprint
+  int repeat = 1;              ///< runs of the program
+  double pause_s = 0;          ///< between them
 };
 
 void nc(const NcOptions& options);

@@ -5,7 +5,7 @@ namespace thermotwin::tools {
 
 PageContent::PageContent(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits)
     : beyond_(limits),
-      samples_(motion, [this](const nc::PathPoint& point) {
+      samples_(motion, [this](const nc::PathPoint& point, const nc::Positions&) {
         path_.add(point);
         errors_.add(point);
       }) {}

@@ -11,15 +11,30 @@
 
 namespace thermotwin::tools {
 
-struct StudyVariantsOptions : CommonOptions {
-  std::filesystem::path plan, model;
-  bool reduced = false;
+/// Where the units of a study are computed.
+struct ClusterOptions {
   bool local = false, slurm = false, gather = false;
   std::string part;  ///< "I/N"; empty: all units
   int tasks = 0;     ///< of the array job; 0: one a unit, 200 at most
   int task_threads = 2;
   double task_memory_GiB = 4, task_hours = 24;
-  std::string partition, solver = "auto";
+  std::string partition;
+};
+
+struct StudyVariantsOptions : CommonOptions {
+  std::filesystem::path plan, model;
+  bool reduced = false;
+  ClusterOptions cluster;
+  std::string solver = "auto";
+  double checkpoint_every_s = 60;
+};
+
+struct StudyCampaignOptions : CampaignOptions {
+  ClusterOptions cluster;
+};
+
+struct StudyValidateOptions : ValidateOptions {
+  ClusterOptions cluster;
   double checkpoint_every_s = 60;
 };
 
@@ -46,6 +61,8 @@ struct StudyTestsOptions : CommonOptions {
 };
 
 void study_variants(const StudyVariantsOptions& options);
+void study_campaign(const StudyCampaignOptions& options);
+void study_validate(const StudyValidateOptions& options);
 void study_sensors(const StudySensorsOptions& options);
 void study_tests(const StudyTestsOptions& options);
 

@@ -5,26 +5,26 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <map>
 #include <optional>
 
 #include "core/error.h"
 #include "core/file.h"
-#include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "reduction/model/model_file.h"
 #include "study/plan/design.h"
-#include "study/units/slurm.h"
-#include "study/units/unit.h"
 #include "study/units/unit_files.h"
+#include "study/units/unit_work.h"
 #include "study/variants/earlier_results.h"
 #include "study/variants/variant_results.h"
 #include "study/variants/variant_runner.h"
+#include "study/variants/variant_unit.h"
 #include "tools/chain.h"
 #include "tools/page.h"
+#include "tools/study/cluster.h"
 #include "tools/study/study.h"
 #include "tools/study/variants_page.h"
 
@@ -34,31 +34,12 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t most_tasks = 200, most_variants = 100000;
-
-struct Part {
-  std::size_t index = 0, of = 1;
-};
-
-Part part_of(const std::string& words) {
-  if (words.empty()) return {};
-  Part part;
-  char rest = 0;
-  if (std::sscanf(words.c_str(), "%zu/%zu%c", &part.index, &part.of, &rest) != 2 || part.of == 0 ||
-      part.index >= part.of)
-    throw core::UsageError("--part " + words + ": not I/N with I from 0 to N - 1");
-  return part;
-}
-
-/// What came of the units.
-struct Work {
-  std::size_t computed = 0, kept = 0;
-  std::vector<std::string> failed;
-};
+constexpr std::size_t most_variants = 100000;
 
 /// Nodes of each mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
 /// empty: unknown.
-std::string nodes_of(const fs::path& folder, const study::StudyPlan& plan, const std::vector<study::Unit>& units) {
+std::string nodes_of(const fs::path& folder, const study::StudyPlan& plan,
+                     const std::vector<study::VariantUnit>& units) {
   std::vector<std::string> words;
   for (const std::string& size : plan.sizes) {
     for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
@@ -79,66 +60,21 @@ study::Design design_of(const study::StudyPlan& plan) {
                          fmt::format("{} at most", most_variants));
 }
 
-/// Computes the units of the part. One that cannot be computed is named; the others go on.
-Work compute(const StudyVariantsOptions& options, const study::StudyPlan& plan, const study::Design& design,
-             const std::vector<study::Unit>& units, const study::RunnerOptions& how) {
-  const Part part = part_of(options.part);
-  study::VariantRunner runner(plan, design, how);
-  Work work;
-  std::map<std::string, std::string> hopeless;  // matrices, message
-  bool unsolved = false;
-  for (std::size_t u = 0; u < units.size(); ++u) {
-    if (u % part.of != part.index) continue;
-    const study::Unit& unit = units[u];
-    const auto known = hopeless.find(unit.matrices);
-    std::string message;
+/// Units whose matrices cannot be made share one attempt.
+study::ComputeUnit computing(study::VariantRunner& runner, const std::vector<study::VariantUnit>& units, bool reduced) {
+  return [&runner, &units, reduced, hopeless = std::map<std::string, std::exception_ptr>()](
+             std::size_t u, const fs::path& folder) mutable {
+    const std::string& matrices = units[u].matrices;
+    if (const auto known = hopeless.find(matrices); known != hopeless.end()) std::rethrow_exception(known->second);
     try {
-      if (known == hopeless.end()) {
-        const bool computed = runner.run(unit);
-        ++(computed ? work.computed : work.kept);
-        if (computed && runner.nodes() > 0)
-          core::write_file(study::unit_folder(how.study, unit) / "nodes", fmt::format("{}\n", runner.nodes()));
-        continue;
-      }
-      message = known->second;
-    } catch (const core::MeshError& error) {
-      message = hopeless[unit.matrices] = error.what();
-    } catch (const core::SolverError& error) {
-      unsolved = true;
-      message = error.what();
-      if (how.reduced == nullptr && runner.nodes() == 0) hopeless[unit.matrices] = message;  // not even its matrices
+      study::UnitFiles files = runner.run(units[u], folder);
+      if (runner.nodes() > 0) core::write_file(folder / "nodes", fmt::format("{}\n", runner.nodes()));
+      return files;
+    } catch (const core::Error&) {
+      if (!reduced && runner.nodes() == 0) hopeless[matrices] = std::current_exception();
+      throw;
     }
-    work.failed.push_back(study::words_of(unit, plan, design) + ": " + message);
-    study::write_failure(how.study, unit, message);
-    if (known == hopeless.end()) core::warn(work.failed.back());
-  }
-  if (work.computed + work.kept > 0 || work.failed.empty()) return work;
-  const std::string none = "no variant can be computed: " + work.failed.front();
-  if (unsolved) throw core::SolverError(plan.path.string() + ": " + none);
-  throw core::InputError(plan.path.string(), none, "a plan with variants that mesh and solve");
-}
-
-void write_scripts(const StudyVariantsOptions& options, const std::vector<study::Unit>& units, const fs::path& study) {
-  study::SlurmJob job;
-  job.name = options.plan.stem().string();
-  job.command = shell_word(fs::read_symlink("/proc/self/exe")) + " study variants " +
-                shell_word(fs::absolute(options.plan)) + " --out " + shell_word(fs::absolute(options.out)) +
-                fmt::format(" --checkpoint-every {:g} --solver {}", options.checkpoint_every_s, options.solver);
-  if (options.reduced) job.command += " --reduced --model " + shell_word(fs::absolute(options.model));
-  job.folder = fs::absolute(study / "slurm");
-  job.tasks = static_cast<int>(
-      std::min(units.size(), options.tasks > 0 ? static_cast<std::size_t>(options.tasks) : most_tasks));
-  job.threads = options.task_threads;
-  job.memory_GiB = options.task_memory_GiB;
-  job.hours = options.task_hours;
-  job.partition = options.partition;
-  study::write_slurm(job);
-  const fs::path submit = job.folder / "submit.sh";
-  if (std::system("command -v sbatch >/dev/null 2>&1") != 0)
-    core::warn("sbatch is not found here: the scripts are for a host with Slurm that shares " + job.folder.string());
-  print_summary(
-      options, fmt::format("{} units in {} tasks; submit them: bash {}\n", units.size(), job.tasks, shell_word(submit)),
-      json({{"units", units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
+  };
 }
 
 json json_of(const study::VariantStudy& results) {
@@ -221,7 +157,7 @@ std::string table_of(const study::VariantStudy& results, const study::StudyPlan&
 /// Of a reduced model: the one asked for, that of an earlier verb, or a new one.
 reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study::StudyPlan& plan) {
   if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
-  if (options.model.empty() && (options.slurm || options.gather || !options.part.empty()))
+  if (options.model.empty() && (!is_local(options.cluster)))
     throw core::UsageError("--reduced on several hosts needs --model, or model.rom.h5 in --out");
   if (plan.sizes.size() > 1)
     throw core::UsageError("--reduced: a reduced model has one mesh, the plan " + std::to_string(plan.sizes.size()) +
@@ -258,68 +194,27 @@ void warn_of_other_model(const fs::path& folder, bool reduced) {
                   folder.string(), model, reduced ? "without" : "with"));
 }
 
-}  // namespace
-
-void study_variants(const StudyVariantsOptions& given) {
-  const Stopwatch time;
-  StudyVariantsOptions options = given;
-  part_of(options.part);
-  const study::StudyPlan plan = study::read_variant_plan(options.plan);
-  const study::Design design = design_of(plan);
-  const fs::path folder = options.out / "study" / plan.name();
-  require_writable(folder);
-  study::claim_folder(folder, options.plan);
-  study::UnitOrigin origin{THERMOTWIN_VERSION, "full"};
-  std::optional<reduction::ReducedModel> model;
-  std::string computed_by = "every unknown of the mesh";
-  if (options.reduced) {
-    model = reduced_model(options, plan);
-    origin.model = "reduced " + core::content_hash(core::read_file(options.model));
-    computed_by = fmt::format("order {}, made of {}", model->system.order(), model->size);
-  }
-  const std::vector<study::Unit> units = study::make_units(plan, design, origin);
-  if (options.slurm) return write_scripts(options, units, folder);
-  if (const auto stale = study::stale_units(folder, units); !stale.empty()) {
-    core::warn(fmt::format("{} units in {} are of another plan, machine, model or version; they are not used",
-                           stale.size(), (folder / "units").string()));
-  }
-  Work work;
-  std::optional<core::FolderLock> lock;  // the tasks of an array lock their units only
-  if (options.part.empty()) lock.emplace(folder);
-  if (!options.gather) {
-    if (options.part.empty()) study::require_disk(folder, study::disk_need(plan, design));
-    study::RunnerOptions how;
-    how.study = folder;
-    how.cache = options.out / "cache";
-    how.solver = solver::solver_choice(options.solver, "--solver");
-    how.reduced = model ? &*model : nullptr;
-    how.checkpoint_s = options.checkpoint_every_s;
-    work = compute(options, plan, design, units, how);
-  }
+/// Tables, pages and summary of the units that are done.
+void gather_variants(const StudyVariantsOptions& options, const study::StudyPlan& plan, const study::Design& design,
+                     const std::vector<study::VariantUnit>& units, const UnitStudy& of, std::string computed_by,
+                     const study::Work& work, const Stopwatch& time) {
+  const fs::path& folder = of.folder;
   if (!options.reduced)
     if (const std::string nodes = nodes_of(folder, plan, units); !nodes.empty()) computed_by = nodes;
-  json summary = {{"variants", design.variants.size()},
-                  {"units", units.size()},
-                  {"computed", work.computed},
-                  {"kept", work.kept},
-                  {"failed", work.failed},
-                  {"model", options.reduced ? "reduced" : "full"},
-                  {"computed_by", computed_by},
-                  {"seconds", time.seconds()},
-                  {"peak_GiB", peak_memory_GiB()}};
-  if (!options.part.empty()) {
-    return print_summary(options,
-                         fmt::format("part {}: {} units computed, {} done before, {} failed\n", options.part,
-                                     work.computed, work.kept, work.failed.size()),
-                         summary.dump());
-  }
   warn_of_other_model(folder, options.reduced);
   const study::VariantStudy results = study::gather(folder, plan, design, units);
   require_some(results, plan);
-  summary["set_aside"] = study::set_aside(folder, results);
+  const std::size_t kept = options.cluster.gather ? results.units_done : work.kept;
+  json summary = {{"variants", design.variants.size()},
+                  {"units", units.size()},
+                  {"computed", work.computed},
+                  {"kept", kept},
+                  {"model", options.reduced ? "reduced" : "full"},
+                  {"computed_by", computed_by},
+                  {"set_aside", study::set_aside(folder, results)},
+                  {"seconds", time.seconds()},
+                  {"peak_GiB", peak_memory_GiB()}};
   study::write_results(folder, plan, design, results);
-  if (options.gather) work.kept = results.units_done;
-  summary["kept"] = work.kept;
   add_results(summary, results);
   core::write_file(folder / "study.json", summary.dump(1) + "\n");
   write_page(folder / "report.html", [&] { return variants_page({options, plan, design, results, computed_by}); });
@@ -328,15 +223,50 @@ void study_variants(const StudyVariantsOptions& given) {
       fmt::format("{}\n{} variants on the {} model, {}; {} units computed, {} done before; {:.0f} s, peak memory "
                   "{:.2f} GiB\n{}",
                   table_of(results, plan, design), design.variants.size(), options.reduced ? "reduced" : "full",
-                  computed_by, work.computed, work.kept, time.seconds(), peak_memory_GiB(),
+                  computed_by, work.computed, kept, time.seconds(), peak_memory_GiB(),
                   last_lines(results, design.variants.size(), folder)),
       summary.dump());
-  if (options.gather && !results.missing.empty()) {
-    throw core::InputError(folder.string(),
-                           fmt::format("{} of {} units have no result: {}", results.missing.size(), units.size(),
-                                       core::join(results.missing, "; ")),
-                           "all units done; submit the study again, or compute them with --local");
+  if (options.cluster.gather) require_none_missing(of, results.missing);
+}
+
+}  // namespace
+
+void study_variants(const StudyVariantsOptions& given) {
+  const Stopwatch time;
+  StudyVariantsOptions options = given;
+  study::part_of(options.cluster.part);
+  const study::StudyPlan plan = study::read_variant_plan(options.plan);
+  const study::Design design = design_of(plan);
+  UnitStudy of;
+  of.origin = plan.path;
+  of.folder = options.out / "study" / plan.name();
+  require_writable(of.folder);
+  study::claim_folder(of.folder, options.plan);
+  study::UnitOrigin origin{THERMOTWIN_VERSION, "full"};
+  std::optional<reduction::ReducedModel> model;
+  std::string computed_by = "every unknown of the mesh";
+  if (options.reduced) {
+    model = reduced_model(options, plan);
+    origin.model = "reduced " + core::content_hash(core::read_file(options.model));
+    computed_by = fmt::format("order {}, made of {}", model->system.order(), model->size);
   }
+  const std::vector<study::VariantUnit> units = study::make_units(plan, design, origin);
+  of.units.assign(units.begin(), units.end());
+  of.command = fmt::format("study variants {} --checkpoint-every {:g} --solver {}",
+                           shell_word(fs::absolute(options.plan)), options.checkpoint_every_s, options.solver);
+  if (options.reduced) of.command += " --reduced --model " + shell_word(fs::absolute(options.model));
+  if (is_local(options.cluster)) study::require_disk(of.folder, study::disk_need(plan, design));
+  study::RunnerOptions how;
+  how.cache = options.out / "cache";
+  how.solver = solver::solver_choice(options.solver, "--solver");
+  how.reduced = model ? &*model : nullptr;
+  how.checkpoint_s = options.checkpoint_every_s;
+  study::VariantRunner runner(plan, design, how);
+  of.compute = computing(runner, units, options.reduced);
+  of.gather = [&](const study::Work& work) {
+    gather_variants(options, plan, design, units, of, computed_by, work, time);
+  };
+  carry_out(options, options.cluster, of);
 }
 
 }  // namespace thermotwin::tools

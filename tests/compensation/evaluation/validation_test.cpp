@@ -141,7 +141,7 @@ TEST(MeasuredRun, StartsAnewAfterAGap) {
   const Lumps lumps;
   const ValidationOptions options = lumps.options(1);
   MeasuredMachines machines(lumps.machine_case, options.machine, {}, options.reference);
-  const Measurement once = machines.measure(7, lumps.machine_case.load("shift"), "");
+  const Measurement once = machines.measure(7, {lumps.machine_case.load("shift"), ""});
   Measurement twice = once;
   const Eigen::Index rows = once.data.rows();
   twice.data.values.resize(2 * rows, once.data.values.cols());

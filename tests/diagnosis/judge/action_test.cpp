@@ -46,6 +46,15 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
             "feel for friction.");
 }
 
+TEST(Action, OneChannelIsAskedForItsLoggerADeviceForItsClock) {
+  const reduction::ReducedModel model = diagnosis::boxed_column();
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::clock_shift, "head_front", -52.0), model),
+            "Ask first whether head_front comes from another logger: it is recorded 52 s too early. If so, synchronise "
+            "the clocks. If not, check its place and mounting: it reacts earlier than the model says.");
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::clock_shift, "day/temperature", 314.0), model),
+            "Synchronise the clocks: day/temperature is recorded 314 s too late.");
+}
+
 TEST(Action, AMaterialInAllItsBodiesIsCheckedByItsData) {
   EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), diagnosis::boxed_column()),
             "Check the data of material iron (base, column, head): its expansion is 1.3 times as stated in all of "

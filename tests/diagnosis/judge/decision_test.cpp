@@ -378,6 +378,20 @@ TEST(Verdict, ASourceOrJointThatHasToChangeFollowsAnotherLaw) {
   EXPECT_FALSE(diagnosis::find_kind("other_law")) << "no value of machine.toml";
 }
 
+TEST(Verdict, ACauseThatOthersHadHiddenFollowsNoOtherLaw) {
+  Diagnosis d;
+  d.verdict = diagnosis::Verdict::explained;
+  d.causes.emplace_back();
+  d.causes.back().parameter = find(Kind::source_power, "motor");
+  d.causes.back().value = 1.4, d.causes.back().std = 0.03, d.causes.back().probability = 1;
+  diagnosis::leave_open("correcting it worsens the displacements on held-out data", d);
+  EXPECT_NE(diagnosis::sentence_of(d).find("it follows another law"), std::string::npos);
+  d.foretold_beside_others = true;
+  const std::string sentence = diagnosis::sentence_of(d);
+  EXPECT_EQ(sentence.find("another law"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("Such values had hidden a part of it"), std::string::npos) << sentence;
+}
+
 TEST(Words, AChangeOfNothingHasNoMinus) {
   EXPECT_EQ(diagnosis::percent_text(-0.03), "0");
   EXPECT_EQ(diagnosis::percent_text(-0.04, 1), "0.0");

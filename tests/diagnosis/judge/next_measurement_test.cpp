@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/observations.h"
 
 namespace {
@@ -29,6 +31,45 @@ TEST(NextMeasurement, TheLoadOfTheRecordIsKnownAgain) {
   EXPECT_TRUE(repeats(load(0.0, 24.0, 5100.0, 48), record));
   EXPECT_FALSE(repeats(load(0.0, 24.0, 8000.0, 48), record)) << "another speed";
   EXPECT_FALSE(repeats(load(0.0, 12.0, 5000.0, 48), record)) << "half as long";
+}
+
+diagnosis::RankedCause ranked(diagnosis::Kind kind, const std::string& where, double probability) {
+  diagnosis::RankedCause cause;
+  cause.parameter = diagnosis::make_parameter(kind, where);
+  cause.probability = probability;
+  return cause;
+}
+
+std::vector<std::string> rivals(const diagnosis::Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const diagnosis::Rival& rival : rivals_of(d)) names.push_back(rival.name());
+  return names;
+}
+
+// Both of two named causes are true: a measurement that contrasts them decides nothing.
+TEST(NextMeasurement, CausesNamedTogetherAreNoRivals) {
+  using diagnosis::Kind;
+  using Names = std::vector<std::string>;
+  diagnosis::Diagnosis d;
+  d.causes = {ranked(Kind::coolant_flow, "main", 1.0)};
+  d.ambiguous_set = {ranked(Kind::clock_shift, "head_front", 0.97), ranked(Kind::unknown, "", 0.2)};
+  EXPECT_EQ(rivals(d), (Names{"coolant_flow of main alone", "coolant_flow of main with clock_shift of head_front"}));
+  d.causes.push_back(ranked(Kind::heat_capacity, "beam", 1.0));
+  d.ambiguous_set.clear();
+  EXPECT_EQ(rivals(d), (Names{"coolant_flow of main with heat_capacity of beam", "the machine as stated"}));
+}
+
+TEST(NextMeasurement, CausesThatShareAreRivals) {
+  using diagnosis::Kind;
+  using Names = std::vector<std::string>;
+  diagnosis::Diagnosis d;
+  d.ambiguous_set = {ranked(Kind::coolant_flow, "main", 0.5), ranked(Kind::heat_capacity, "beam", 0.4),
+                     ranked(Kind::none, "", 0.1)};
+  EXPECT_EQ(rivals(d), (Names{"coolant_flow of main", "heat_capacity of beam", "the machine as stated"}));
+  d.ambiguous_set = {ranked(Kind::unknown, "", 1.0)};
+  d.ranking = {ranked(Kind::unknown, "", 1.0), ranked(Kind::coolant_flow, "main", 0.5),
+               ranked(Kind::heat_capacity, "beam", 0.4), ranked(Kind::heat_capacity, "head", 0.1)};
+  EXPECT_EQ(rivals(d), (Names{"coolant_flow of main", "heat_capacity of beam"}));
 }
 
 }  // namespace

@@ -24,6 +24,13 @@ diagnosis::Observations observed(const mesh::Machine& machine, const compensatio
   return diagnosis::observe(m, machine, solver::Channels(machine), {});
 }
 
+Index machine_speed(const compensation::Measurement& m) {
+  const auto at = std::find_if(m.channels.begin(), m.channels.end(), [](const compensation::MeasuredChannel& channel) {
+    return channel.kind == compensation::ChannelKind::speed;
+  });
+  return at->column;
+}
+
 /// T5 reads the coolant's return, whose pump switches every three hours.
 TEST(Observations, MeansOfAReturnThatTouchASwitchOfItsPumpAreLeftOut) {
   std::string text = lumped::machine_text();
@@ -71,6 +78,31 @@ TEST(Observations, ARecordWithARowAtEachChangeHasNoChangesOfUncertainTime) {
   m.rows_at_changes = true;
   EXPECT_TRUE(observed(machine, m).may_hold.empty());
   EXPECT_EQ(observed(machine, m).told_row_s, 0.0);
+}
+
+/// Beside a source a temperature rises with the root of the time since a switch. Straight lines over a step of five
+/// minutes made of it a clock of a minute.
+TEST(Observations, MeansAfterASwitchFollowACourseThatBends) {
+  const mesh::Machine machine = lumped::machine();
+  const compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 60});
+  const Index speed = machine_speed(m);
+  Index row = 1;
+  while (m.data.values(row, speed) == m.data.values(row - 1, speed)) ++row;
+  const double switched = m.time()[row];
+  const auto risen = [&](double time) { return std::sqrt(std::max(0.0, time - switched)); };
+  const diagnosis::Observations seen = observed(machine, m);
+  const Eigen::VectorXd at_points = seen.points.unaryExpr(risen);
+  const diagnosis::ObservedChannel& channel = channel_of(seen, "T4_reading");
+  const Eigen::VectorXd means = channel.means(at_points);
+  for (const Index interval : {0, 1}) {
+    double sum = 0.0, count = 0.0;
+    for (const double time : m.time())
+      if (time >= switched + 600.0 * interval && time < switched + 600.0 * (interval + 1)) sum += risen(time), ++count;
+    const auto at =
+        std::find(channel.interval.begin(), channel.interval.end(), std::lround(switched / 600.0) + interval);
+    ASSERT_NE(at, channel.interval.end());
+    EXPECT_NEAR(means[at - channel.interval.begin()] / (sum / count), 1.0, 0.015) << "interval " << interval;
+  }
 }
 
 /// Inputs hold from row to row, but the clock does not wait.

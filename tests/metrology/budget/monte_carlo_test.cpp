@@ -142,5 +142,31 @@ TEST(MonteCarlo, FormulasThatAreNotDefinedEverywhereAreRefused) {
   }
 }
 
+// Two inputs that cancel: a correlation of -1 leaves rounding alone, and both methods agree.
+TEST(MonteCarlo, InputsThatCancelAgree) {
+  Budget budget = Budget::parse(
+      "schema = 1\nsimultaneous = ['x', 'y', 'z']\n[[input]]\nname = 'x'\nreadings = [1, 2]\n[[input]]\nname = 'y'\n"
+      "readings = [2, 1]\n[[input]]\nname = 'z'\nreadings = [3, 7]\n[[quantity]]\nname = 'q'\nformula = 'x+y'\n",
+      "budget.toml");
+  budget.draws = 20000;
+  EXPECT_EQ(compare(budget, gum(budget), monte_carlo(budget), 0).agreement, Agreement::agree);
+}
+
+TEST(MonteCarlo, FewDrawsHaveADeviationOfTheirEnds) {
+  Budget budget = budget_of("jcgm101_rectangular.toml");
+  double squares = 0.0, stated = 0.0, mean = 0.0;
+  for (int seed = 1; seed <= 30; ++seed) {
+    budget.seed = seed;
+    budget.draws = 10000;
+    const MonteCarloResult drawn = monte_carlo(budget);
+    mean += drawn.symmetric[0].high / 30.0;
+    squares += drawn.symmetric[0].high * drawn.symmetric[0].high / 30.0;
+    stated += drawn.end_std[0] / 30.0;
+  }
+  const double ratio = stated / std::sqrt(squares - mean * mean);
+  EXPECT_GT(ratio, 0.7);
+  EXPECT_LT(ratio, 1.8);
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

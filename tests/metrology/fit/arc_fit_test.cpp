@@ -108,5 +108,13 @@ TEST(ArcStudy, OptionsAreChecked) {
   EXPECT_THROW(study_arc({.span = 45 * deg, .draws = 1}), core::InputError);
 }
 
+// The noise of a draw makes an arc of the least span shorter.
+TEST(ArcStudy, TheLeastSpanIsStudied) {
+  ArcStudy study;
+  study.span = least_span;
+  study.draws = 200;
+  EXPECT_EQ(study_arc(study).draws.rows(), 200);
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "core/error.h"
 
@@ -55,7 +56,8 @@ TEST(ThermalTable, RangesAndGradients) {
   EXPECT_NEAR(table.rows[0].first_hour, 1.8 * 2.75 * std::sin(2.0 * 3.14159265358979 / 24.0), 1e-9);
   EXPECT_NEAR(table.rows[0].gradient, -1.8, 1e-9);
   EXPECT_NEAR(table.rows[1].gradient, 9.0, 1e-9);
-  EXPECT_NEAR(table.rows[0].uncertainty, 0.2828, 1e-4);
+  EXPECT_NEAR(table.rows[0].motion_std, 0.2828, 1e-4);
+  EXPECT_NEAR(table.rows[0].last_std, 0.2828, 1e-4);
   EXPECT_NEAR(table.rows[0].gradient_std, 0.2 / (2.75 / std::sqrt(2.0) * std::sqrt(288.0)), 2e-4);
   EXPECT_TRUE(std::isnan(thermal_table(etve(), "").rows[0].gradient));
 }
@@ -104,6 +106,63 @@ TEST(ThermalTable, SlipsAreNamed) {
   measurement = etve();
   measurement.channels.resize(1);
   refused(measurement, "air", "no displacement");
+}
+
+/// A record of 97 rows, 5 min apart: noise of 0.3 um on x um over 8 h, the air with noise of 0.05 K on its own course.
+Measurement noisy(std::uint64_t seed, double motion_um, double air_K, double per_K) {
+  Measurement measurement = etve();
+  measurement.data.values.conservativeResize(97, 4);
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  for (Index i = 0; i < 97; ++i) {
+    const double course = std::sin(2.0 * 3.14159265358979 * i / 96.0), air = air_K * course;
+    measurement.data.values.row(i) << 300.0 * i, 20.0 + air + 0.05 * normal(engine),
+        0.5 * motion_um * course + per_K * air + 0.3 * normal(engine), 0.3 * normal(engine);
+  }
+  measurement.channels[0].uncertainty = 0.05;
+  measurement.channels[1].uncertainty = measurement.channels[2].uncertainty = 0.3;
+  return measurement;
+}
+
+// Extremes of 97 noisy values lie 1.5 um apart without motion: the range without noise covers it, with motion too.
+TEST(ThermalTable, ARangeWithoutNoiseCoversTheMotion) {
+  for (const double motion : {0.0, 2.0, 10.0}) {
+    int inside = 0, hour = 0;
+    double mean = 0.0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      const ThermalRow row = thermal_table(noisy(seed, motion, 0.0, 0.0), "").rows[0];
+      inside += std::abs(row.motion - motion) <= 2.0 * row.motion_std ? 1 : 0;
+      const double in_hour = 0.5 * motion * std::sin(2.0 * 3.14159265358979 * 12.0 / 96.0);
+      hour += std::abs(row.first_hour_motion - in_hour) <= 2.0 * row.first_hour_std ? 1 : 0;
+      mean += row.motion / 200.0;
+      EXPECT_GT(row.whole, row.motion);
+    }
+    EXPECT_GE(inside, 180) << motion;
+    EXPECT_GE(hour, 180) << motion;
+    EXPECT_NEAR(mean, motion, 0.2);
+  }
+}
+
+// The scatter of the temperature flattens the line of least squares; the gradient is that of the course.
+TEST(ThermalTable, ScatterOfTheTemperatureFlattensNoGradient) {
+  int inside = 0;
+  double mean = 0.0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const ThermalRow row = thermal_table(noisy(seed, 0.0, 0.1, 20.0), "air").rows[0];
+    EXPECT_LT(row.reliability, 0.9);
+    inside += std::abs(row.gradient - 20.0) <= 2.0 * row.gradient_std ? 1 : 0;
+    mean += row.gradient / 200.0;
+  }
+  EXPECT_NEAR(mean, 20.0, 0.5);
+  EXPECT_GE(inside, 180);
+  EXPECT_TRUE(std::isnan(thermal_table(noisy(1, 1.0, 0.0, 0.0), "air").rows[0].gradient));
+}
+
+TEST(ThermalTable, OneValueHasNoRange) {
+  Measurement measurement = etve();
+  measurement.data.values.col(2).segment(1, 12).setConstant(std::nan(""));
+  EXPECT_TRUE(std::isnan(thermal_table(measurement, "").rows[0].first_hour));
+  EXPECT_FALSE(std::isnan(thermal_table(measurement, "").rows[1].first_hour));
 }
 
 }  // namespace

@@ -69,5 +69,17 @@ TEST(Mandrel, ReferencePageIsThatOfTheReader) {
   core::expect_reference_page("mandrel", mandrel_keys(), "metrology_tests");
 }
 
+TEST(Mandrel, ProbesAlmostAtOnePlaceAreRefused) {
+  const std::string other = "[[probe]]\nid = 'X3'\nat_mm = [0, 0, 1e-6]\ndirection = [1, 0, 0]\nstd_um = 0.2\n";
+  try {
+    MandrelRecord::parse(
+        "schema = 1\n[[probe]]\nid = 'X1'\nat_mm = [0, 0, 0]\ndirection = [1, 0, 0]\nstd_um = 0.2\n" + other,
+        core::parse_csv("time_s,X1_um,X3_um\n0,1,2\n", "readings.csv"), "mandrel.toml");
+    ADD_FAILURE();
+  } catch (const core::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("'X1' and 'X3'"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

@@ -34,6 +34,8 @@ TEST(ControlProfile, BuiltInOnesAreRead) {
   EXPECT_NEAR(linuxcnc.axes[1].acceleration, 26.1799388, 1e-6);
   EXPECT_EQ(linuxcnc.moves, 2e7);
   EXPECT_GT(ControlProfile::load("fanuc", machine()).words.size(), 10U);
+  EXPECT_EQ(ControlProfile::load("fanuc", machine()).dialect, Dialect::fanuc);
+  EXPECT_TRUE(linuxcnc.block_delete);
   EXPECT_THROW(ControlProfile::load("heidenhain", machine()), core::InputError);
 }
 

@@ -74,6 +74,32 @@ TEST_F(SiemensLanguage, UnitsScaleTheFrame) {
   EXPECT_EQ(translated("TRANS X25.4\nG70\nATRANS X1\n"), "G52 X25.4 Y0 Z0 B0 C0\nG20\nG52 X2 Y0 Z0 B0 C0\n");
 }
 
+// G70 and G71 are the unit of lengths alone, G700 and G710 that of F as well; LinuxCNC has one unit for both.
+TEST_F(SiemensLanguage, FeedsHaveTheUnitOfTheirWords) {
+  EXPECT_EQ(translated("G710 G1 X1 F10\n"), "G21 G1 F10 X1\n");
+  EXPECT_EQ(translated("G700 G1 X1 F10\n"), "G20 G1 F10 X1\n");
+  EXPECT_EQ(translated("G70 G1 X1 F254\n"), "G20 G1 F10 X1\n");
+  EXPECT_EQ(translated("G1 X1 F254\nG70\nX2\nG71\nX3\n"), "G1 F254 X1\nG20 F10\nX2\nG21 F254\nX3\n");
+  EXPECT_EQ(translated("G93 G1 X1 F2\nG70 X2 F3\n"), "G93 G1 F2 X1\nG20 F3 X2\n") << "F of G93 has no unit of length";
+}
+
+// The first rotary word counts from the start position; a work offset turns the program's zero.
+TEST_F(SiemensLanguage, RotaryAxesBeginWhereTheyStand) {
+  EXPECT_EQ(translated("G1 C=ACN(350) F600\n"), "G1 F600 C-10\n");
+  EXPECT_EQ(translated("C=DC(350)\nG55\nC=ACP(10)\n"), "C-10\nG55\nC10\n");
+  Nine turned = Nine::Zero();
+  turned[5] = 3.14159265358979;
+  control.work_offsets.push_back({2, turned, 0});
+  EXPECT_EQ(translated("G0 C30\nG55\nC=DC(0)\nC=DC(200)\n"), "G0 C30\nG55\nC0\nC-160\n");
+}
+
+TEST_F(SiemensLanguage, StatementsWithoutAnEffectVanish) {
+  EXPECT_EQ(translated("EXTERN POCKET(REAL, INT)\nCYCLE800()\nL1: G1 X1\nMARKE_2: X2\nG25 S100\nG26 X100 Z50\n"
+                       "FGROUP()\nFGROUP(X, Y, Z) X3\nR3=7 MOD 4 R4=7 DIV 4\nX=R3 Y=R4\n"),
+            "\n\nG1 X1\nX2\n\n\n\nX3\n\nX3 Y1\n");
+  EXPECT_NE(message("FGROUP(Z)\n").find("FGROUP(X, Y, Z)"), std::string::npos);
+}
+
 TEST_F(SiemensLanguage, ToolLengthsHoldFromTheChange) {
   control.tools.push_back({});
   control.tools.back().number = 7;

@@ -79,6 +79,7 @@ TEST_F(NcReadBack, NamesTheLineAndTheDifference) {
                           {" P2\n", "\n", ":6", "an arc of"},
                           {"G4 P2\n", "", ":9", "dwell"},
                           {"G64 P0.02\n", "", ":9", "path tolerance"},
+                          {"G0 Z5", "G52 X1\nG0 X-11 Z5", ":9", "X: the zero of the program in 1 instead of 0"},
                           {"G0 Z5", "G1 Z5", ":9", "a line instead of a rapid move"},
                           {"G0 Z5\n", "", ":9", "is missing"},
                           {"G0 Z5\n", "G0 Z5\nX0\n", ":9", "a rapid move more"},
@@ -88,6 +89,32 @@ TEST_F(NcReadBack, NamesTheLineAndTheDifference) {
     EXPECT_NE(message.find("part.ngc" + std::string(one.line)), std::string::npos) << one.old << one.other << message;
     EXPECT_NE(message.find(one.says), std::string::npos) << one.old << one.other << message;
   }
+}
+
+// A feed that counts along other axes is another duration, whatever its F is.
+TEST_F(NcReadBack, ComparesTheSecondsOfAFeed) {
+  const auto said_of = [&](double seconds) {
+    constexpr const char* part = "G21 G90\nG1 X10 F600\nM2\n";
+    ReadBack read_back(folder / "moves.bin");
+    ProgramSink sink;
+    sink.pause = [](const Pause&) {};
+    sink.move = [&](const Move& move, const Frame& frame) {
+      ExpectedMove expected = ExpectedMove::of(move, frame, move.to);
+      expected.seconds = seconds;
+      read_back.expect(expected);
+    };
+    const ProgramSummary summary = read_program(program("part.ngc", part), control, sink);
+    try {
+      read_back.check(program("part.corrected.ngc", part), control, summary, 0.0);
+    } catch (const core::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(said_of(1.0), "");
+  EXPECT_NE(said_of(4.0).find(":2: the corrected program does not do the same here: seconds of a feed move 1 instead"),
+            std::string::npos)
+      << said_of(4.0);
 }
 
 // Ends alone do not show a line or an arc that is displaced by the wrong offset within.

@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "core/statistics.h"
 #include "study/units/unit_files.h"
+#include "study/variants/variant_unit.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/machines/box_machine.h"
 
@@ -35,7 +36,7 @@ protected:
       plan_.parameters.push_back(parameter);
     }
     design_ = make_design(plan_);
-    Unit unit{"0123456789abcdef", "day", "coarse", "coarse", {}};
+    VariantUnit unit{{"0123456789abcdef", "day"}, "day", "coarse", "coarse", {}};
     std::vector<VariantTables> tables;
     for (std::size_t v = 0; v < design_.variants.size(); ++v) {
       unit.variants.push_back(v);
@@ -53,7 +54,7 @@ protected:
       of.sensors.values.setZero(2, 1);
       tables.push_back(of);
     }
-    write_unit(folder_.path(), unit, tables);
+    mark_done(folder_.path(), unit, write_tables(unit_folder(folder_.path(), unit), unit, tables));
     const VariantStudy results = gather(folder_.path(), plan_, design_, {unit});
     write_results(folder_.path(), plan_, design_, results);
     return results;

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# After the documents are installed: a link to a source, which is not installed beside them, becomes its words.
+set(documents "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/${thermotwin_documents}")
+file(GLOB_RECURSE pages "${documents}/*.md")
+foreach(page IN LISTS pages)
+  file(READ "${page}" text)
+  set(before "${text}")
+  get_filename_component(folder "${page}" DIRECTORY)
+  string(REGEX MATCHALL "\\(\\.\\./[^)#]*" targets "${text}")
+  list(REMOVE_DUPLICATES targets)
+  foreach(target IN LISTS targets)
+    string(SUBSTRING "${target}" 1 -1 target)
+    get_filename_component(file "${target}" ABSOLUTE BASE_DIR "${folder}")
+    # The examples come with the package for development.
+    if(NOT EXISTS "${file}" AND NOT target MATCHES "/examples/")
+      string(REGEX REPLACE "\\[([^]]*)\\]\\(${target}(#[^)]*)?\\)" "\\1" text "${text}")
+    endif()
+  endforeach()
+  if(NOT text STREQUAL before)
+    file(WRITE "${page}" "${text}")
+  endif()
+endforeach()

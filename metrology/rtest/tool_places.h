@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The tool point that the nominal points of a volumetric grid mean: the frame of the tool at the positions of the axes
+// takes them to one place. Points that contradict the positions go to many. Two tools of other lengths are two places.
+
+#include <Eigen/Core>
+
+#include <string>
+
+#include "metrology/rtest/record.h"
+
+namespace thermotwin::metrology {
+
+struct ToolPlaces {
+  Eigen::Index count = 0;                           ///< places further apart than 1 mm
+  bool is_cut = false;                              ///< counting stopped there
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< m, of the first point with all axes at 0
+  std::string doubt;  ///< a warning: why the nominal points and the axis positions do not fit; empty: none
+};
+
+ToolPlaces tool_places(const RTestRecord& record);
+
+}  // namespace thermotwin::metrology

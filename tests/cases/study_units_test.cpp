@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `study campaign` and `study validate`: units in any order, stopped or failed, against the verbs that they are of.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+
+#include "tests/cases/program.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Words = std::vector<std::string>;
+using Files = std::map<std::string, std::string>;
+
+Words joined(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+/// The first file or folder of the name below the folder.
+fs::path find(const fs::path& folder, const std::string& name) {
+  std::error_code ignored;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+    if (entry.path().filename() == name) return entry.path();
+  return {};
+}
+
+/// A study of the toy and the verb that it is of.
+class UnitsOf : public ::testing::Test {
+protected:
+  void is(const std::string& verb, const Words& options) {
+    verb_ = verb;
+    plain_ = joined({verb, toy_.path(), "--json", "--quiet"}, options);
+    study_ = joined({"study"}, plain_);
+  }
+  Result plain() const { return toy_.run(plain_); }
+  Result study(const Words& more = {}) const { return toy_.run(joined(study_, more)); }
+  fs::path folder() const { return toy_.result("study/" + verb_); }
+
+  /// Stops the study by SIGTERM once it has left this checkpoint.
+  void stop_at(const std::string& name) const {
+    Program program(joined(study_, {"--checkpoint-every", "0", "--out", toy_.out()}));
+    fs::path checkpoint;
+    while (checkpoint.empty() && program.is_running()) {
+      checkpoint = find(folder() / "units", name);
+      program.ends_within(0.002);
+    }
+    program.send(SIGTERM);
+    const Result stopped = program.wait();
+    EXPECT_EQ(stopped.status, 130) << stopped.err;
+    EXPECT_TRUE(fs::exists(checkpoint)) << checkpoint;
+  }
+
+  Toy toy_;
+
+private:
+  std::string verb_;
+  Words plain_, study_;
+};
+
+class StudyCampaign : public UnitsOf {
+protected:
+  void SetUp() override {
+    // Of the times of `ambient`: both are one unit.
+    toy_.write("loads/again.toml", read(toy_.file("loads/ambient.toml")));
+    toy_.edit("loads/again.toml", "air_C = [20, 26]", "air_C = [20, 23]");
+    is("campaign", {"--load", "ambient", "--load", "warm_up", "--load", "again"});
+  }
+  /// Files of the plain verb, which are then removed.
+  Files of_the_verb() const {
+    const Result made = plain();
+    EXPECT_EQ(made.status, 0) << made.err;
+    Files files = files_in(toy_.result("campaign"));
+    EXPECT_EQ(files.count("again/tcp.csv"), 1U);
+    fs::remove_all(toy_.result("campaign"));
+    return files;
+  }
+};
+
+TEST_F(StudyCampaign, UnitsInAnyOrderGiveTheFilesOfTheVerb) {
+  const Files files = of_the_verb();
+  const Result scripts = study({"--slurm"});
+  ASSERT_EQ(scripts.status, 0) << scripts.err;
+  EXPECT_EQ(json::parse(scripts.out)["tasks"], 2);
+  EXPECT_SAYS(read(folder() / "slurm/array.sbatch"), "#SBATCH --array=0-1\n");
+  EXPECT_FALSE(fs::exists(folder() / "units"));
+
+  // The scripts as they are, the last task first.
+  const std::string said = (folder() / "said").string();
+  const auto job = [&](const std::string& script, int task) {
+    const std::string command = fmt::format("cd / && SLURM_ARRAY_TASK_ID={} bash '{}/slurm/{}' >/dev/null 2>'{}'", task,
+                                            folder().string(), script, said);
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(job("array.sbatch", 1), 0) << read(said);
+  EXPECT_FALSE(fs::exists(toy_.result("campaign")));
+  EXPECT_EQ(job("gather.sbatch", 0), 3);
+  EXPECT_SAYS(read(said), "1 of 2 units have no result");
+  EXPECT_SAYS(read(said), "load programs 'ambient', 'again'");
+  EXPECT_TRUE(fs::exists(toy_.result("campaign/warm_up/tcp.csv")));
+  EXPECT_EQ(job("array.sbatch", 0), 0) << read(said);
+  EXPECT_EQ(job("gather.sbatch", 0), 0) << read(said);
+  EXPECT_EQ(files_in(toy_.result("campaign")), files);
+
+  // What is done is kept, and what is changed is computed again.
+  const json kept = json::parse(study().out);
+  EXPECT_EQ(kept["computed"], 0);
+  EXPECT_EQ(kept["kept"], 2);
+  toy_.edit("loads/warm_up.toml", "spindle_rpm = 9000", "spindle_rpm = 8000");
+  const Result changed = study({"--local"});
+  EXPECT_EQ(json::parse(changed.out)["computed"], 1);
+  EXPECT_SAYS(changed.err, "1 units in");
+  const Files after = files_in(toy_.result("campaign"));
+  EXPECT_EQ(after.at("again/tcp.csv"), files.at("again/tcp.csv"));
+  EXPECT_NE(after.at("warm_up/tcp.csv"), files.at("warm_up/tcp.csv"));
+  EXPECT_EQ(of_the_verb(), after);
+}
+
+TEST_F(StudyCampaign, AStoppedUnitGoesOnWithTheSameBits) {
+  toy_.edit("loads/warm_up.toml", "time_step_s = 120", "time_step_s = 5");
+  const Files files = of_the_verb();
+  stop_at("checkpoint_warm_up.bin");
+  ASSERT_EQ(study().status, 0);
+  EXPECT_EQ(files_in(toy_.result("campaign")), files);
+  EXPECT_EQ(find(folder() / "units", "checkpoint_warm_up.bin"), fs::path());
+}
+
+TEST_F(StudyCampaign, AFailedUnitIsNamedAndTheOthersAreGathered) {
+  ASSERT_EQ(study().status, 0);
+  // As if the solver had given up.
+  const fs::path unit = find(folder() / "units", "warm_up").parent_path().parent_path();
+  fs::remove(unit / "done");
+  std::ofstream(unit / "failed") << "no convergence at 600 s\n";
+  fs::remove_all(toy_.result("campaign"));
+  const Result gathered = study({"--gather"});
+  EXPECT_EQ(gathered.status, 4);
+  EXPECT_SAYS(gathered.err, "load programs 'warm_up': no convergence at 600 s");
+  EXPECT_EQ(json::parse(gathered.out)["loads"].size(), 2U);
+  EXPECT_SAYS(read(folder() / "failures.csv"), "\"load programs 'warm_up'\",\"no convergence at 600 s\"\n");
+  EXPECT_FALSE(fs::exists(toy_.result("campaign/warm_up")));
+  EXPECT_TRUE(fs::exists(toy_.result("campaign/again/done")));
+  // The next run tries it again.
+  EXPECT_EQ(json::parse(study().out)["loads"].size(), 3U);
+  EXPECT_FALSE(fs::exists(folder() / "failures.csv"));
+}
+
+TEST_F(StudyCampaign, WhatCannotBeMeshedIsSaidOnceWithStatus3) {
+  std::string machine = read(toy_.file("machine.toml"));
+  const std::string size = "element_size_mm";
+  for (std::size_t at = machine.find(size); at != std::string::npos; at = machine.find(size, at + 40))
+    machine.insert(at, "max_elements = 1000\n");
+  toy_.write("machine.toml", machine);
+  const Result made = study({"--size", "0.2"});
+  EXPECT_EQ(made.status, 3) << made.err;
+  EXPECT_SAYS(made.err, "nothing can be computed: load programs 'ambient', 'again'");
+  EXPECT_SAYS(made.err, "max_elements");
+}
+
+TEST_F(StudyCampaign, AnotherCaseInTheSameFolderIsRefused) {
+  ASSERT_EQ(study({"--slurm"}).status, 0);
+  const Toy other;
+  const Result refused = toy_.run({"study", "campaign", other.path(), "--slurm", "--quiet"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, "one plan or case a folder");
+}
+
+class StudyValidate : public UnitsOf {
+protected:
+  void SetUp() override { draw("2"); }
+  void draw(const std::string& machines) {
+    is("validate", {"--model", toy_model(), "--draws", machines, "--load", "mixed"});
+  }
+  /// What the plain verb says and writes, which is then removed.
+  std::pair<std::string, Files> of_the_verb() const {
+    const Result made = plain();
+    EXPECT_EQ(made.status, 0) << made.err;
+    std::pair<std::string, Files> all{made.out, results()};
+    fs::remove_all(toy_.result("measured"));
+    fs::remove_all(toy_.result("validation"));
+    return all;
+  }
+  Files results() const {
+    Files files = files_in(toy_.result("measured"));
+    EXPECT_EQ(files.count("all/mixed/machine_2/data.csv"), 1U);
+    files["report"] = read(toy_.result("validation/report.html"));
+    return files;
+  }
+};
+
+TEST_F(StudyValidate, UnitsInAnyOrderGiveTheFilesOfTheVerb) {
+  const auto [said, files] = of_the_verb();
+  ASSERT_EQ(study({"--slurm"}).status, 0);
+  EXPECT_SAYS(read(folder() / "slurm/array.sbatch"), "#SBATCH --array=0-1\n");
+  EXPECT_EQ(study({"--part", "1/2"}).status, 0);
+  const Result early = study({"--gather"});
+  EXPECT_EQ(early.status, 3);
+  EXPECT_SAYS(early.err, "machine 1 (seed 1)");
+  EXPECT_FALSE(fs::exists(toy_.result("validation")));
+  stop_at("checkpoint_mixed.bin");
+  EXPECT_EQ(study({"--part", "0/2"}).status, 0);
+  const Result gathered = study({"--gather"});
+  EXPECT_EQ(gathered.status, 0) << gathered.err;
+  EXPECT_EQ(gathered.out, said);
+  EXPECT_EQ(results(), files);
+  // A machine more: the others are kept.
+  draw("3");
+  const Result more = study({"--part", "0/1"});
+  EXPECT_EQ(json::parse(more.out)["computed"], 1) << more.err;
+  EXPECT_EQ(json::parse(more.out)["kept"], 2);
+}
+
+TEST_F(StudyValidate, NeedsFullModelsAndOnSeveralHostsAModel) {
+  const Result quick = study({"--truth", (toy_run() / "reference.rom.h5").string()});
+  EXPECT_EQ(quick.status, 2);
+  EXPECT_SAYS(quick.err, "--full-draws");
+  const Result none = toy_.run({"study", "validate", toy_.path(), "--slurm"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_SAYS(none.err, "--model");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/study/cluster.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/folder_lock.h"
+#include "core/progress.h"
+#include "core/text.h"
+#include "study/units/slurm.h"
+#include "tools/chain.h"
+#include "tools/page.h"
+
+namespace thermotwin::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int most_tasks = 200;
+
+void write_scripts(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
+  study::SlurmJob job;
+  job.name = study.folder.filename().string();
+  job.command = shell_word(fs::read_symlink("/proc/self/exe")) + " " + study.command + " --out " +
+                shell_word(fs::absolute(options.out));
+  job.folder = fs::absolute(study.folder / "slurm");
+  job.tasks = std::min<std::size_t>(study.units.size(), cluster.tasks > 0 ? cluster.tasks : most_tasks);
+  job.threads = cluster.task_threads;
+  job.memory_GiB = cluster.task_memory_GiB;
+  job.hours = cluster.task_hours;
+  job.partition = cluster.partition;
+  study::write_slurm(job);
+  const fs::path submit = job.folder / "submit.sh";
+  if (std::system("command -v sbatch >/dev/null 2>&1") != 0)
+    core::warn("sbatch is not found here: the scripts are for a host with Slurm that shares " + job.folder.string());
+  print_summary(
+      options,
+      fmt::format("{} units in {} tasks; submit them: bash {}\n", study.units.size(), job.tasks, shell_word(submit)),
+      json({{"units", study.units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
+}
+
+void require_some(const UnitStudy& study, const study::Work& work) {
+  if (work.computed + work.kept > 0 || work.failed.empty()) return;
+  const std::string none = "nothing can be computed: " + work.failed.front();
+  if (work.unsolved) throw core::SolverError(study.origin.string() + ": " + none);
+  throw core::InputError(study.origin.string(), none, "a machine that can be meshed and solved");
+}
+
+}  // namespace
+
+void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
+  const Stopwatch time;
+  if (cluster.slurm) return write_scripts(options, cluster, study);
+  if (const auto stale = study::stale_units(study.folder, study.units); !stale.empty()) {
+    core::warn(fmt::format("{} units in {} are of another plan, machine, model or version; they are not used",
+                           stale.size(), (study.folder / "units").string()));
+  }
+  std::optional<core::FolderLock> lock;  // the tasks of an array lock their units only
+  if (cluster.part.empty()) lock.emplace(study.folder);
+  study::Work work;
+  if (!cluster.gather) {
+    work = study::compute(study.folder, study.units, study::part_of(cluster.part), study.compute);
+    require_some(study, work);
+  }
+  if (cluster.part.empty()) return study.gather(work);
+  const json summary = {{"units", study.units.size()}, {"computed", work.computed}, {"kept", work.kept},
+                        {"failed", work.failed},       {"seconds", time.seconds()}, {"peak_GiB", peak_memory_GiB()}};
+  print_summary(options,
+                fmt::format("part {}: {} units computed, {} done before, {} failed\n", cluster.part, work.computed,
+                            work.kept, work.failed.size()),
+                summary.dump());
+}
+
+bool is_local(const ClusterOptions& cluster) { return !cluster.slurm && !cluster.gather && cluster.part.empty(); }
+
+void require_none_missing(const UnitStudy& study, const std::vector<std::string>& missing) {
+  if (missing.empty()) return;
+  throw core::InputError(
+      study.folder.string(),
+      fmt::format("{} of {} units have no result: {}", missing.size(), study.units.size(), core::join(missing, "; ")),
+      "all units done; submit the study again, or compute them with --local");
+}
+
+void require_none_failed(const UnitStudy& study, const study::Standing& standing) {
+  if (standing.failed.empty()) return;
+  throw core::SolverError(fmt::format("{}: {} of {} units could not be computed, reasons in {}: {}",
+                                      study.origin.string(), standing.failed.size(), study.units.size(),
+                                      (study.folder / "failures.csv").string(),
+                                      core::join(study::failed_words(study.units, standing), "; ")));
+}
+
+void write_failures(const UnitStudy& study, const study::Standing& standing) {
+  const fs::path file = study.folder / "failures.csv";
+  std::error_code ignored;
+  if (standing.failed.empty()) {
+    fs::remove(file, ignored);
+    return;
+  }
+  const auto cell = [](std::string text) {
+    std::replace(text.begin(), text.end(), '"', '\'');
+    return "\"" + text + "\"";
+  };
+  std::string text = "unit,what,reason\n";
+  for (const auto& [u, reason] : standing.failed)
+    text += fmt::format("{},{},{}\n", study.units[u].id, cell(study.units[u].words), cell(reason));
+  core::write_file(file, text);
+}
+
+}  // namespace thermotwin::tools

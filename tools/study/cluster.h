@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Carries out a study in units: on this host, as a task of an array job, or as scripts for Slurm.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "study/units/unit.h"
+#include "study/units/unit_files.h"
+#include "study/units/unit_work.h"
+#include "tools/study/study.h"
+
+namespace thermotwin::tools {
+
+struct UnitStudy {
+  std::filesystem::path origin;  ///< plan or case, for messages
+  std::filesystem::path folder;  ///< of the study; jobs have its name
+  std::string command;           ///< words after `thermotwin` that make the study, quoted for a shell
+  std::vector<study::Unit> units;
+  study::ComputeUnit compute;
+  std::function<void(const study::Work&)> gather;  ///< of the units that are done
+};
+
+/// @throws SolverError, InputError if no unit can be computed
+void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study);
+
+/// Whether all units are computed here, and no other host takes part.
+bool is_local(const ClusterOptions& cluster);
+
+/// For the gathering job, which has made what it could. @param missing  units without results, in words
+/// @throws InputError if there are some
+void require_none_missing(const UnitStudy& study, const std::vector<std::string>& missing);
+
+/// @throws SolverError if units could not be computed, naming them
+void require_none_failed(const UnitStudy& study, const study::Standing& standing);
+
+/// Writes failures.csv, or removes an earlier one.
+void write_failures(const UnitStudy& study, const study::Standing& standing);
+
+}  // namespace thermotwin::tools
