@@ -218,6 +218,17 @@ std::string longer_note(const Observations& open, const Observations& seen) {
       (open.split - open.start) / core::units::hour, (seen.split - seen.start) / core::units::hour);
 }
 
+/// What speaks against an explanation leaves it open.
+void doubt(const mesh::Machine& machine, Records records, const Strain& strain, Diagnosis& d) {
+  const std::string worse = worsened(d);
+  std::vector<std::string> doubts{uncertain_size(d), worse};
+  for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
+  for (const std::string& one : doubts)
+    if (d.verdict == Verdict::explained && !one.empty()) leave_open(one, d);
+  d.foretold_beside_others = !worse.empty() && d.strained == worse && strain.heldout_chi_square > 0.0 &&
+                             strain.heldout_chi_square < not_foretold;
+}
+
 Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
   options.validate();
   const mesh::Machine& machine = model.machine;
@@ -265,13 +276,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     best.refined = true;
     judge(problem, best, d);
   }
-  const std::string worse = worsened(d);
-  std::vector<std::string> doubts{uncertain_size(d), worse};
-  for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
-  for (const std::string& doubt : doubts)
-    if (d.verdict == Verdict::explained && !doubt.empty()) leave_open(doubt, d);
-  d.foretold_beside_others = !worse.empty() && d.strained == worse && look.strain.heldout_chi_square > 0.0 &&
-                             look.strain.heldout_chi_square < not_foretold;
+  doubt(machine, records, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   d.actions = actions_of(d, model);

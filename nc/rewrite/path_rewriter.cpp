@@ -198,9 +198,9 @@ void PathRewriter::see_begin(const Entry& entry, const DisplacedMove& displaced)
 void PathRewriter::warn() const {
   if (ramps_.count > 0)
     core::warn(
-        fmt::format("{}: {} feed moves begin without their offset, which comes in along them; a rapid move to "
-                    "their begin in coordinates of the program corrects it",
-                    ramps_.first, ramps_.count));
+        fmt::format("{}: a feed move begins without its offset, which comes in along it ({} such move{} in the "
+                    "program); a rapid move to its begin in coordinates of the program corrects it",
+                    ramps_.first, ramps_.count, ramps_.count == 1 ? "" : "s"));
   if (cuts_.count > 0)
     core::warn(fmt::format("{}: the offset is cut at the end of an axis's travel ({} rapid moves in the program)",
                            cuts_.first, cuts_.count));
@@ -459,27 +459,30 @@ void PathRewriter::stay(Entry& entry) {
   entry.text = line.text;
 }
 
+void PathRewriter::count(const std::string& text) {
+  summary_.lines_after += std::count(text.begin(), text.end(), '\n');
+  out_(text);
+}
+
+/// A program without loops keeps all of its lines, also those that the interpreter does not read.
+void PathRewriter::emit_flat(const Entry& entry) {
+  while (written_ + 1 < entry.number && written_ < lines_.size()) {
+    count(lines_.raw(written_));
+    ++written_;
+  }
+  if (entry.number != written_ + 1) return;  // the end of the program is read twice
+  written_ = entry.number;
+  count(entry.modes.cycle && entry.expected > 0 ? entry.before : entry.text + entry.line.end);
+}
+
 void PathRewriter::emit(Entry& entry) {
   if (entry.expected == 0) stay(entry);
-  const auto count = [&](const std::string& text) {
-    summary_.lines_after += std::count(text.begin(), text.end(), '\n');
-    out_(text);
-  };
   if (entry.edited) ++summary_.changed;
-  const std::string end = entry.line.end.empty() && !flat_ ? "\n" : entry.line.end;
   if (flat_) {
-    while (written_ + 1 < entry.number && written_ < lines_.size()) {
-      count(lines_.raw(written_));
-      ++written_;
-    }
-    if (entry.number != written_ + 1) return;  // the end of the program is read twice
-    written_ = entry.number;
-    if (entry.modes.cycle && entry.expected > 0)
-      count(entry.before);
-    else
-      count(entry.text + end);
+    emit_flat(entry);
     return;
   }
+  const std::string end = entry.line.end.empty() ? "\n" : entry.line.end;
   if (!began_) {
     // Lines before the first one that the interpreter reads, such as %.
     for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(lines_.raw(i));

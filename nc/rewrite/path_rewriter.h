@@ -73,6 +73,8 @@ private:
   ProgramLine line_of(const std::string& file, std::size_t number) const;
   void settle(Entry& entry);
   void flush();
+  void count(const std::string& text);
+  void emit_flat(const Entry& entry);
   void emit(Entry& entry);
   void edit(Entry& entry, const PredictedMove& predicted);
   void stay(Entry& entry);

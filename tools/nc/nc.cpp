@@ -496,9 +496,9 @@ void nc(const NcOptions& options) {
     throw core::UsageError("nc: --rewrite needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
   if (options.imprint && !twin.model)
     throw core::UsageError("nc: --imprint needs a reduced model (model.rom.h5); allowed: MODEL as `reduce` writes it");
-  if (!options.rewrite.empty() && control.dialect != nc::Dialect::rs274)
+  if (!options.rewrite.empty() && control.dialect == nc::Dialect::siemens)
     throw core::UsageError("nc: --rewrite does not write programs of the control '" + control.name +
-                           "'; allowed: control profiles with dialect = \"rs274\"");
+                           "'; allowed: control profiles with dialect = \"rs274\" or \"fanuc\"");
   if (!std::filesystem::is_regular_file(options.program))
     throw core::InputError(options.program.string(), "cannot be read", "an NC program");
   Run run(options, twin, control, present_machine(options, twin));
