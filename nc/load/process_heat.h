@@ -35,7 +35,7 @@ public:
   /// The measured power in place of that of the tools.
   void use(Measured measured) { measured_ = std::move(measured); }
 
-  /// Of the machine's sources; their channels are <drive>.power_W.
+  /// Of the machine's sources; their channels are DRIVE.power_W.
   const std::vector<std::string>& drives() const { return drives_; }
   /// Adds the heat of a stretch of an element. @param energy  (drives) J
   void add(const Timed& timed, double from, double to, Eigen::VectorXd& energy);
