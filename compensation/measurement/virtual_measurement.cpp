@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "compensation/measurement/channel.h"
+#include "core/normal_draws.h"
 #include "core/range.h"
 #include "core/units.h"
 #include "mesh/machine/flow_network.h"
@@ -20,32 +21,6 @@ namespace thermotwin::compensation {
 namespace {
 
 using Eigen::Index;
-
-/// Normal numbers by Box and Muller from the engine's bits: std::normal_distribution differs between
-/// libraries, and a seed should mean the same machine everywhere.
-class Normal {
-public:
-  explicit Normal(std::uint64_t seed) : engine_(seed) {}
-  double operator()() {
-    if (has_spare_) {
-      has_spare_ = false;
-      return spare_;
-    }
-    const double u = uniform(), v = uniform();
-    const double radius = std::sqrt(-2.0 * std::log(u)), angle = 2.0 * std::numbers::pi * v;
-    spare_ = radius * std::sin(angle);
-    has_spare_ = true;
-    return radius * std::cos(angle);
-  }
-
-private:
-  /// In (0, 1].
-  double uniform() { return ((engine_() >> 11) + 1) * 0x1p-53; }
-
-  std::mt19937_64 engine_;
-  double spare_ = 0.0;
-  bool has_spare_ = false;
-};
 
 /// Builds a measurement column by column.
 class Builder {
@@ -97,7 +72,7 @@ bool is_sent(const std::string& name, const mesh::Machine& machine, const Eigen:
 }  // namespace
 
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
-  Normal normal(seed);
+  core::NormalDraws normal(seed);
   mesh::Machine result = machine;
   // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
   const auto perturb_by = [&](core::Uncertain& nominal, double share) {
@@ -190,7 +165,7 @@ Eigen::VectorXd rise_of(const solver::LoadResult& truth, const mesh::CoolantSpec
 }
 
 void add_rises(const solver::LoadResult& truth, const mesh::Machine& machine, const VirtualOptions& options,
-               Normal& normal, Builder& builder) {
+               core::NormalDraws& normal, Builder& builder) {
   const double noise_K = std::numbers::sqrt2 * options.sensor_noise_K;  // of two sensors
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     const mesh::FlowNetwork network = mesh::flow_network(coolant, machine.path.string() + " coolant " + coolant.id);
@@ -212,7 +187,7 @@ void add_rises(const solver::LoadResult& truth, const mesh::Machine& machine, co
 Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
                         const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
   options.validate();
-  Normal normal(options.seed);
+  core::NormalDraws normal(options.seed);
   const Index times = truth.sensors.rows();
   Builder builder(truth.sensors);
   const solver::Channels channels(machine);

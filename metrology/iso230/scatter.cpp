@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
 
-#include "core/statistics.h"
+#include "core/normal_draws.h"
 
 namespace thermotwin::metrology {
 
@@ -86,13 +84,10 @@ std::vector<RangeOfMotion> ranges_of_motion(const VectorXd& values, const std::v
   const VectorXd course = scatter > 0.0 ? smooth_course(values) : values;
   const Eigen::Index kinds = std::ssize(firsts);
   Eigen::MatrixXd drawn = Eigen::MatrixXd::Zero(draws, kinds);
-  std::mt19937_64 random(1);
+  core::NormalDraws normal(1);
   VectorXd one = course;
   for (Index draw = 0; draw < draws && scatter > 0.0; ++draw) {
-    for (Index i = 0; i < one.size(); ++i) {
-      const double radius = std::sqrt(-2.0 * std::log1p(-core::uniform(random)));
-      one[i] = course[i] + scatter * radius * std::cos(2.0 * std::numbers::pi * core::uniform(random));
-    }
+    for (Index i = 0; i < one.size(); ++i) one[i] = course[i] + scatter * normal();
     for (Index k = 0; k < kinds; ++k)
       if (firsts[k] > 0) drawn(draw, k) = spread(one.head(firsts[k]));
   }

@@ -11,6 +11,7 @@
 #include "compensation/measurement/virtual_measurement.h"
 #include "core/file.h"
 #include "core/missing.h"
+#include "core/normal_draws.h"
 #include "core/units.h"
 #include "metrology/twin/signals.h"
 
@@ -54,7 +55,7 @@ double std_of(const PlanFolder& plan) {
 Measurement displacement_record(const mesh::Machine& machine, const PlanFolder& plan, const VirtualRun& run,
                                 double sensor_noise_K, std::uint64_t seed) {
   Measurement record = loads_record(machine, run, sensor_noise_K, seed);
-  NormalDraws normal(seed + 1);
+  core::NormalDraws normal(seed + 1);
   static constexpr std::array<const char*, 6> quantities{"dx", "dy", "dz", "ra", "rb", "rc"};
   const double std = std::max(1e-9, std_of(plan));
   std::map<int, const PlannedPoint*> places;
@@ -99,7 +100,7 @@ void write_grid(const fs::path& folder, const fs::path& plan_folder, const mesh:
   for (const char* column : {"dx_um", "dy_um", "dz_um"}) points.columns.emplace_back(column);
   points.values.conservativeResize(Eigen::NoChange, first + 3);
   const double std = std_of(plan);
-  NormalDraws normal(seed + 1);
+  core::NormalDraws normal(seed + 1);
   for (Index i = 0; i < points.rows(); ++i) {
     const Eigen::Vector3d deviation = run.error[i].head<3>() + std * normal.vector();
     points.values.row(i).tail<3>() = (deviation / units::um).transpose();
@@ -140,7 +141,7 @@ void write_mandrel(const fs::path& folder, const mesh::Machine& machine, const P
                         probe.id, probe.at.x() / units::mm, probe.at.y() / units::mm, probe.at.z() / units::mm,
                         probe.direction.x(), probe.direction.y(), probe.direction.z(), std::max(1e-9, std) / units::um);
   }
-  NormalDraws normal(seed + 2);
+  core::NormalDraws normal(seed + 2);
   for (Index r = 0; r < readings.rows(); ++r) {
     const std::size_t i = rows[r];
     readings.values(r, 0) = plan.points[i].time;
@@ -167,7 +168,7 @@ void write_surface(const fs::path& folder, const mesh::Machine& machine, const P
   points.values.resize(run.surface.size(), 5);
   constexpr double apart = 1e-3;  // s, between two points: a table has rising times
   const double last = run.surface.cols() - 1;
-  NormalDraws normal(seed + 3);
+  core::NormalDraws normal(seed + 3);
   Index row = 0;
   for (Index c = 0; c < run.surface.rows(); ++c) {
     for (Index i = 0; i < run.surface.cols(); ++i) {

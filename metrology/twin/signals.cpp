@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/units.h"
 
@@ -17,19 +16,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-double NormalDraws::operator()() {
-  if (has_spare_) {
-    has_spare_ = false;
-    return spare_;
-  }
-  const auto uniform = [&] { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; };  // in (0, 1]
-  const double u = uniform(), v = uniform();
-  const double radius = std::sqrt(-2.0 * std::log(u)), angle = 2.0 * std::numbers::pi * v;
-  spare_ = radius * std::sin(angle);
-  has_spare_ = true;
-  return radius * std::cos(angle);
-}
-
 namespace {
 
 std::vector<std::string> probe_columns(Index probes) {
@@ -39,7 +25,7 @@ std::vector<std::string> probe_columns(Index probes) {
 }
 
 /// Centre and both ends of each axis, always reached from the same side (Gebhardt 2014, 4.1.2).
-Table calibration_table(const ProbeSetup& setup, NormalDraws& normal) {
+Table calibration_table(const ProbeSetup& setup, core::NormalDraws& normal) {
   Table table;
   table.source = "calibration.csv";
   table.columns = {"x_mm", "y_mm", "z_mm"};
@@ -63,7 +49,7 @@ Table calibration_table(const ProbeSetup& setup, NormalDraws& normal) {
 
 RawSignals probe_signals(const mesh::Machine& machine, const std::vector<PlannedPoint>& points,
                          const std::vector<solver::Vector6>& error, const ProbeSetup& setup, std::uint64_t seed) {
-  NormalDraws normal(seed);
+  core::NormalDraws normal(seed);
   RawSignals signals;
   signals.calibration = calibration_table(setup, normal);
   const Index probes = setup.directions.cols();

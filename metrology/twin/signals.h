@@ -6,27 +6,14 @@
 #include <Eigen/Core>
 
 #include <cstdint>
-#include <random>
 #include <vector>
 
+#include "core/normal_draws.h"
 #include "metrology/plan/test_plan.h"
 #include "metrology/probe/raw_signals.h"
 #include "solver/elastic/tcp.h"
 
 namespace thermotwin::metrology {
-
-/// Normal numbers that a seed makes the same everywhere.
-class NormalDraws {
-public:
-  explicit NormalDraws(std::uint64_t seed) : engine_(seed) {}
-  double operator()();
-  Eigen::Vector3d vector() { return {(*this)(), (*this)(), (*this)()}; }
-
-private:
-  std::mt19937_64 engine_;
-  double spare_ = 0;
-  bool has_spare_ = false;
-};
 
 /// @param error  (points) tool - table, m @param setup  with record = 0 each point is one sample
 RawSignals probe_signals(const mesh::Machine& machine, const std::vector<PlannedPoint>& points,
