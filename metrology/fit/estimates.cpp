@@ -7,6 +7,7 @@
 
 #include "core/dense_algebra.h"
 #include "core/text.h"
+#include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::metrology {
 
@@ -100,10 +101,7 @@ ResidualTest residual_test(const Estimates& estimates, double std) {
   }
   const double degrees = test.degrees;
   test.ratio = std::sqrt(squares / degrees) / std;
-  // Wilson and Hilferty (1931): the cube root of chi-square over its degrees of freedom is nearly normal.
-  constexpr double score = 3.0902;
-  const double spread = 2.0 / (9.0 * degrees), limit = std::pow(1.0 - spread + score * std::sqrt(spread), 3);
-  test.exceeds = test.ratio * test.ratio > limit;
+  test.exceeds = diagnosis::chi_square_tail(squares / (std * std), degrees) < 0.001;
   return test;
 }
 

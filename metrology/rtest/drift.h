@@ -18,8 +18,8 @@ namespace thermotwin::metrology {
 inline constexpr double same_angle = 0.5 * core::units::deg, same_length = 3.0 * core::units::mm;
 
 struct Drift {
-  Eigen::MatrixXd
-      columns;  ///< (3 points x drifts) effect on each point, 0 in the middle of the cycle; first the common
+  /// (3 points x drifts) effect on each point, 0 in the middle of the cycle; first the common drift
+  Eigen::MatrixXd columns;
   Eigen::MatrixXd inverse;  ///< (drifts x 3 points) of the deviations
   bool estimated() const { return columns.cols() > 0; }
 };
