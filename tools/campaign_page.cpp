@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/html_page.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "tools/page.h"
 
@@ -43,7 +44,7 @@ std::string headline(const CampaignResults& r) {
 }
 
 std::string next_steps(const CampaignResults& r) {
-  const std::string folder = shell_word(r.options.case_path), out = shell_word(r.options.out),
+  const std::string folder = core::shell_word(r.options.case_path), out = core::shell_word(r.options.out),
                     load = r.loads.front().name();
   const core::NextStep look{"Fields of one load for ParaView:",
                             fmt::format("thermotwin simulate {} --load {} --out {}", folder, load, out)};
@@ -54,7 +55,7 @@ std::string next_steps(const CampaignResults& r) {
           fmt::format("thermotwin campaign {} --load {} --out {}", folder, load, out)},
          {"Offsets for the rows of a load:",
           fmt::format("thermotwin compensate {} --in {}/campaign_reduced/{}/inputs.csv --out offsets.csv",
-                      shell_word(r.options.model.empty() ? r.options.out / "model.rom.h5" : r.options.model), out,
+                      core::shell_word(r.options.model.empty() ? r.options.out / "model.rom.h5" : r.options.model), out,
                       load)}});
   }
   return core::html_next_steps(

@@ -11,6 +11,7 @@
 #include "compensation/evaluation/validation.h"
 #include "core/html_name.h"
 #include "core/html_page.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "tools/page.h"
 
@@ -113,8 +114,8 @@ std::string notes(const compensation::Evaluation& e) {
 }
 
 std::string next_steps(const EvaluateOptions& options) {
-  const std::string data = shell_word(options.data), out = shell_word(options.out),
-                    machine = options.case_path.empty() ? "" : " " + shell_word(options.case_path);
+  const std::string data = core::shell_word(options.data), out = core::shell_word(options.out),
+                    machine = options.case_path.empty() ? "" : " " + core::shell_word(options.case_path);
   return core::html_next_steps(
       {{"Why the prediction is off, and what to change:",
         fmt::format("thermotwin diagnose{} --data {} --out {}", machine, data, out)},

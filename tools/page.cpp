@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <exception>
-#include <string_view>
 #include <system_error>
 
 #include "compensation/evaluation/validation_plots.h"
@@ -14,6 +12,7 @@
 #include "core/file.h"
 #include "core/html_page.h"
 #include "core/progress.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "core/units.h"
 
@@ -31,38 +30,28 @@ void write_page(const std::filesystem::path& file, const std::function<std::stri
   }
 }
 
-std::string shell_word(const std::filesystem::path& path) {
-  const std::string text = path.string();
-  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("._-/+").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain && !text.empty()) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
                                         const std::vector<std::filesystem::path>& data,
                                         const std::filesystem::path& model, const std::filesystem::path& out) {
-  const std::string machine = folder.empty() ? "" : " " + shell_word(folder),
-                    of_model = model.empty() ? "" : " --model " + shell_word(model);
+  const std::string machine = folder.empty() ? "" : " " + core::shell_word(folder),
+                    of_model = model.empty() ? "" : " --model " + core::shell_word(model);
   const auto command = [&](const char* verb, const std::string& measured, const std::string& more) {
     return fmt::format("thermotwin {}{} --data {}{}{} --out {}", verb, machine, measured, of_model, more,
-                       shell_word(out));
+                       core::shell_word(out));
   };
   std::vector<std::string> words;
-  for (const std::filesystem::path& record : data) words.push_back(shell_word(record));
+  for (const std::filesystem::path& record : data) words.push_back(core::shell_word(record));
   const std::string all = core::join(words, " --data "), first = words.front();
   std::vector<core::NextStep> steps;
   const bool extended = !diagnosed.extended_machine_text.empty();
   if (extended && !folder.empty()) {
     steps.push_back({"Accept the corrected machine as a case of its own, and see what compensation gains from it:",
-                     command("diagnose", all, " --accept " + shell_word(out / "accepted"))});
+                     command("diagnose", all, " --accept " + core::shell_word(out / "accepted"))});
   }
   if (extended) {
-    steps.push_back({"Judge the corrected model beside the nominal one and the fitted ones:",
-                     command("evaluate", first, " --extended " + shell_word(out / "diagnosis/extended/model.rom.h5"))});
+    steps.push_back(
+        {"Judge the corrected model beside the nominal one and the fitted ones:",
+         command("evaluate", first, " --extended " + core::shell_word(out / "diagnosis/extended/model.rom.h5"))});
   } else {
     steps.push_back({"Judge compensation on this measurement:", command("evaluate", first, "")});
   }

@@ -19,9 +19,6 @@ namespace thermotwin::tools {
 /// Writes what `make` returns; where that fails, a warning says why and no page is left.
 void write_page(const std::filesystem::path& file, const std::function<std::string()>& make);
 
-/// A path as a word of a command line: in quotes where it has other characters than letters, digits and "._-/+".
-std::string shell_word(const std::filesystem::path& path);
-
 /// What may follow a diagnosis. @param folder, model  empty: none was given  @param data  one or more records
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
                                         const std::vector<std::filesystem::path>& data,

@@ -8,6 +8,7 @@
 
 #include "core/file.h"
 #include "core/html_page.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "solver/export/scene_file.h"
 #include "tools/error_tables.h"
@@ -94,7 +95,7 @@ std::string diagnosis_section(const RunResults& r) {
 }
 
 std::string next_steps(const RunResults& r) {
-  const std::string folder = shell_word(r.options.case_path), out = shell_word(r.options.out),
+  const std::string folder = core::shell_word(r.options.case_path), out = core::shell_word(r.options.out),
                     load = r.machine_case.holdout.front();
   return core::html_next_steps(
       {{"How much is removed on many machines, not one:",

@@ -9,6 +9,7 @@
 
 #include "compensation/evaluation/validation_plots.h"
 #include "core/html_page.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "tools/page.h"
 
@@ -50,7 +51,7 @@ std::string tables(const compensation::Rows& rows, const compensation::Rows* ful
 }
 
 std::string model_words(const ValidateOptions& options) {
-  return options.model.empty() ? shell_word(options.out / "model.rom.h5") : shell_word(options.model);
+  return options.model.empty() ? core::shell_word(options.out / "model.rom.h5") : core::shell_word(options.model);
 }
 
 struct Study {
@@ -60,8 +61,9 @@ struct Study {
 std::string next_steps(const ValidateOptions& options, const std::vector<Study>& studies) {
   std::vector<core::NextStep> steps;
   for (const auto& [why, flags] : studies) {
-    steps.push_back({why, fmt::format("thermotwin validate {} --model {} {} --out {}", shell_word(options.case_path),
-                                      model_words(options), flags, shell_word(options.out))});
+    steps.push_back(
+        {why, fmt::format("thermotwin validate {} --model {} {} --out {}", core::shell_word(options.case_path),
+                          model_words(options), flags, core::shell_word(options.out))});
   }
   steps.push_back({"Beside a control, row by row:",
                    fmt::format("thermotwin compensate {} --in rows.csv --out offsets.csv", model_words(options))});

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/quoted.h"
 #include "core/statistics.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
@@ -200,9 +201,8 @@ core::Table variants_table(const StudyPlan& plan, const Design& design, const st
 std::string failures(const Design& design, const VariantStudy& results) {
   std::string text = "variant,group,load,reason\n";
   for (const FailedVariant& one : results.failed) {
-    std::string reason = one.reason;
-    std::replace(reason.begin(), reason.end(), '"', '\'');
-    text += fmt::format("{},{},{},\"{}\"\n", one.variant + 1, design.variants[one.variant].group + 1, one.load, reason);
+    text += fmt::format("{},{},{},{}\n", one.variant + 1, design.variants[one.variant].group + 1, one.load,
+                        core::csv_cell(one.reason));
   }
   return text;
 }

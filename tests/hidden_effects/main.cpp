@@ -14,6 +14,7 @@
 #include "bank.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/quoted.h"
 #include "core/thread_pool.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "reduction/model/model_file.h"
@@ -278,16 +279,11 @@ constexpr const char* line_file = "line.tsv";
 void write_scripts(const Options& options, const std::filesystem::path& folder, std::size_t units) {
   study::SlurmJob job;
   job.name = folder.filename().string();
-  const auto word = [](const std::string& text) {
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-  };
-  job.command = word(std::filesystem::read_symlink("/proc/self/exe"));
+  job.command = core::shell_word(std::filesystem::read_symlink("/proc/self/exe"));
   for (const auto& [name, value] : options) {
     if (name == "slurm") continue;
     const bool path = name == "case" || name == "model" || name == "out" || name == "cache" || name == "write";
-    job.command += " --" + name + " " + word(path ? std::filesystem::absolute(value).string() : value);
+    job.command += " --" + name + " " + core::shell_word(path ? std::filesystem::absolute(value).string() : value);
   }
   job.folder = std::filesystem::absolute(folder / "slurm");
   job.tasks = static_cast<int>(std::min<std::size_t>(units, 200));

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/quoted.h"
 #include "core/range.h"
 #include "core/text.h"
 #include "core/units.h"
@@ -311,8 +312,8 @@ private:
     return report;
   }
   std::vector<core::NextStep> next_steps() const {
-    const std::string model = shell_word(options_.model), program = shell_word(options_.program),
-                      out = shell_word(options_.out);
+    const std::string model = core::shell_word(options_.model), program = core::shell_word(options_.program),
+                      out = core::shell_word(options_.out);
     std::vector<core::NextStep> steps;
     if (options_.rewrite.empty())
       steps.push_back({"The program with corrected coordinates:",

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/files.h"
@@ -69,9 +70,9 @@ public:
 private:
   std::string words() const {
     std::string words = fmt::format("study campaign {} --checkpoint-every {:g} --solver {} --size {} --mesh-order {}",
-                                    shell_word(fs::absolute(options_.case_path)), options_.checkpoint_every_s,
-                                    options_.solver, shell_word(machine_case_.size), machine_case_.machine.order);
-    for (const std::string& load : options_.loads) words += " --load " + shell_word(load);
+                                    core::shell_word(fs::absolute(options_.case_path)), options_.checkpoint_every_s,
+                                    options_.solver, core::shell_word(machine_case_.size), machine_case_.machine.order);
+    for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
     return words;
   }
 

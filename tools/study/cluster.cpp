@@ -12,6 +12,7 @@
 #include "core/file.h"
 #include "core/folder_lock.h"
 #include "core/progress.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "study/units/slurm.h"
 #include "tools/chain.h"
@@ -28,8 +29,8 @@ constexpr int most_tasks = 200;
 void write_scripts(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
   study::SlurmJob job;
   job.name = study.folder.filename().string();
-  job.command = shell_word(fs::read_symlink("/proc/self/exe")) + " " + study.command + " --out " +
-                shell_word(fs::absolute(options.out));
+  job.command = core::shell_word(fs::read_symlink("/proc/self/exe")) + " " + study.command + " --out " +
+                core::shell_word(fs::absolute(options.out));
   job.folder = fs::absolute(study.folder / "slurm");
   job.tasks = std::min<std::size_t>(study.units.size(), cluster.tasks > 0 ? cluster.tasks : most_tasks);
   job.threads = cluster.task_threads;
@@ -40,10 +41,10 @@ void write_scripts(const CommonOptions& options, const ClusterOptions& cluster, 
   const fs::path submit = job.folder / "submit.sh";
   if (std::system("command -v sbatch >/dev/null 2>&1") != 0)
     core::warn("sbatch is not found here: the scripts are for a host with Slurm that shares " + job.folder.string());
-  print_summary(
-      options,
-      fmt::format("{} units in {} tasks; submit them: bash {}\n", study.units.size(), job.tasks, shell_word(submit)),
-      json({{"units", study.units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
+  print_summary(options,
+                fmt::format("{} units in {} tasks; submit them: bash {}\n", study.units.size(), job.tasks,
+                            core::shell_word(submit)),
+                json({{"units", study.units.size()}, {"tasks", job.tasks}, {"submit", submit.string()}}).dump());
 }
 
 void require_some(const UnitStudy& study, const study::Work& work) {
@@ -103,13 +104,9 @@ void write_failures(const UnitStudy& study, const study::Standing& standing) {
     fs::remove(file, ignored);
     return;
   }
-  const auto cell = [](std::string text) {
-    std::replace(text.begin(), text.end(), '"', '\'');
-    return "\"" + text + "\"";
-  };
   std::string text = "unit,what,reason\n";
   for (const auto& [u, reason] : standing.failed)
-    text += fmt::format("{},{},{}\n", study.units[u].id, cell(study.units[u].words), cell(reason));
+    text += fmt::format("{},{},{}\n", study.units[u].id, core::csv_cell(study.units[u].words), core::csv_cell(reason));
   core::write_file(file, text);
 }
 

@@ -14,6 +14,7 @@
 #include "core/folder_lock.h"
 #include "core/html_page.h"
 #include "core/plot.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/report/scene.h"
@@ -237,10 +238,10 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
                              curve_svg(choice)) +
           diagnosis::scene_html(scene) +
           core::html_section("Places", "in the machine's frame at home", core::html_table(table_of(sensors, choice))) +
-          core::html_next_steps(
-              {{"Confirm the choice on machines measured virtually:",
-                fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
-                            shell_word(options.case_path), choice.chosen.size(), shell_word(options.out))}}));
+          core::html_next_steps({{"Confirm the choice on machines measured virtually:",
+                                  fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
+                                              core::shell_word(options.case_path), choice.chosen.size(),
+                                              core::shell_word(options.out))}}));
 }
 
 /// The places and then the case's own sensors, as a second mesh reads them.

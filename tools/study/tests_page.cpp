@@ -9,6 +9,7 @@
 
 #include "core/html_page.h"
 #include "core/plot.h"
+#include "core/quoted.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "study/tests/stated_parameters.h"
@@ -181,19 +182,19 @@ std::string tests_page(const StudyTestsOptions& options, const TestStudy& study)
     body += core::html_section("Machines measured virtually", "RMS of the prediction's error at the check points",
                                core::html_table(machines_table(study)));
   }
-  const std::string folder = shell_word(options.out / "study/tests");
+  const std::string folder = core::shell_word(options.out / "study/tests");
   std::vector<core::NextStep> next{
       {"Run the test on the full model:",
        fmt::format("cp {1}/load.toml {0}/loads/test.toml && thermotwin simulate {0} --load test --out {2}",
-                   shell_word(options.case_path), folder, shell_word(options.out))}};
+                   core::shell_word(options.case_path), folder, core::shell_word(options.out))}};
   if (!options.no_probe) {
     next.push_back({"Measure it virtually, with the probe:",
                     fmt::format("thermotwin measure simulate {} --case {} --out {}", folder,
-                                shell_word(options.case_path), shell_word(options.out / "record"))});
+                                core::shell_word(options.case_path), core::shell_word(options.out / "record"))});
   }
   next.push_back({"Confirm the choice on machines measured virtually:",
                   fmt::format("thermotwin study tests {} --hours {:g} --confirm 3 --out {}",
-                              shell_word(options.case_path), options.hours, shell_word(options.out))});
+                              core::shell_word(options.case_path), options.hours, core::shell_word(options.out))});
   return core::html_document(title, body + core::html_next_steps(next));
 }
 

@@ -12,6 +12,7 @@
 #include "compensation/evaluation/validation.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/quoted.h"
 #include "tools/chain.h"
 #include "tools/page.h"
 #include "tools/study/cluster.h"
@@ -63,18 +64,18 @@ private:
 
   std::string words() const {
     const auto path = [](const char* option, const fs::path& file) {
-      return file.empty() ? std::string() : fmt::format(" {} {}", option, shell_word(fs::absolute(file)));
+      return file.empty() ? std::string() : fmt::format(" {} {}", option, core::shell_word(fs::absolute(file)));
     };
     std::string words = fmt::format(
         "study validate {} --checkpoint-every {:g} --draws {} --first-seed {} --perturb {} --measured-size {}",
-        shell_word(fs::absolute(options_.case_path)), options_.checkpoint_every_s, options_.draws, options_.first_seed,
-        options_.perturb, options_.size_factor);
+        core::shell_word(fs::absolute(options_.case_path)), options_.checkpoint_every_s, options_.draws,
+        options_.first_seed, options_.perturb, options_.size_factor);
     words += path("--model", options_.model) + path("--truth", options_.reference);
     if (options_.full_draws > 0) words += fmt::format(" --full-draws {}", options_.full_draws);
     if (options_.power_off) words += " --power-off";
     if (options_.failed_sensors) words += " --failed-sensors";
     if (options_.coolant_rise) words += " --coolant";
-    for (const std::string& load : options_.loads) words += " --load " + shell_word(load);
+    for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
     return words;
   }
 

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "reduction/model/model_file.h"
 #include "study/plan/design.h"
@@ -253,8 +254,8 @@ void study_variants(const StudyVariantsOptions& given) {
   const std::vector<study::VariantUnit> units = study::make_units(plan, design, origin);
   of.units.assign(units.begin(), units.end());
   of.command = fmt::format("study variants {} --checkpoint-every {:g} --solver {}",
-                           shell_word(fs::absolute(options.plan)), options.checkpoint_every_s, options.solver);
-  if (options.reduced) of.command += " --reduced --model " + shell_word(fs::absolute(options.model));
+                           core::shell_word(fs::absolute(options.plan)), options.checkpoint_every_s, options.solver);
+  if (options.reduced) of.command += " --reduced --model " + core::shell_word(fs::absolute(options.model));
   if (is_local(options.cluster)) study::require_disk(of.folder, study::disk_need(plan, design));
   study::RunnerOptions how;
   how.cache = options.out / "cache";

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/html_page.h"
+#include "core/quoted.h"
 #include "core/text.h"
 #include "study/variants/variant_plots.h"
 #include "tools/page.h"
@@ -132,16 +133,16 @@ std::string missing(const VariantsPage& page) {
 }
 
 std::string next_steps(const VariantsPage& page) {
-  const std::string plan = shell_word(page.options.plan), out = shell_word(page.options.out);
+  const std::string plan = core::shell_word(page.options.plan), out = core::shell_word(page.options.out);
   std::vector<core::NextStep> steps;
   if (!page.results.missing.empty())
     steps.push_back({"Compute what is missing; the rest is kept:",
                      fmt::format("thermotwin study variants {} --out {}", plan, out)});
   steps.push_back({"The same plan on a cluster; what is done here is kept:",
                    fmt::format("thermotwin study variants {} --slurm --out {}", plan, out)});
-  steps.push_back(
-      {"Validate the compensation on machines that differ alike:",
-       fmt::format("thermotwin validate {} --draws 20 --out {}", shell_word(page.plan.machine_case.folder), out)});
+  steps.push_back({"Validate the compensation on machines that differ alike:",
+                   fmt::format("thermotwin validate {} --draws 20 --out {}",
+                               core::shell_word(page.plan.machine_case.folder), out)});
   return core::html_next_steps(steps);
 }
 
