@@ -409,8 +409,9 @@ std::string ReduceSummary::brief() const {
   else
     text += "\nthe reduction error exceeds the observer noise at every order tried";
   return text + fmt::format(
-                    " (standard deviation of the TCP error with the sensors, of {:.2f} um without; prior: the states "
-                    "of the campaign times {:.1f} %, the uncertainty of sources and films stated in machine.toml)",
+                    "\nobserver noise: standard deviation of the TCP error with the sensors; {:.2f} um without them"
+                    "\nprior of the observer: the states of the campaign times {:.1f} %, which is the uncertainty of "
+                    "sources and films in machine.toml",
                     observer.back().open_um, 100 * prior_share);
 }
 
