@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <map>
 #include <vector>
 
 #include "core/text.h"
 #include "core/units.h"
+#include "metrology/rtest/slips.h"
 
 namespace thermotwin::metrology {
 
@@ -19,27 +18,12 @@ namespace units = core::units;
 
 namespace {
 
-constexpr double apart = 1e-3;  ///< m, between two places, and least size of a record whose axes move
-constexpr Index stop_at = 200;
-
-using Positions = std::map<std::string, double>;
-
-/// Places of the points with the positions as another reading of the file would have them.
-Index count_places(const RTestRecord& record, const std::function<void(Positions&)>& read) {
-  const auto last = static_cast<int>(std::ssize(record.chain.table)) - 1;
-  std::vector<Vector3d> places;
-  for (const RTestCycle& cycle : record.cycles) {
-    for (const RTestPoint& point : cycle.points) {
-      Positions positions = point.positions;
-      read(positions);
-      const Vector3d place = mesh::KinematicChain::frame(record.chain.table, last, positions).inverse() * point.nominal;
-      const auto same = [&](const Vector3d& other) { return (other - place).norm() < apart; };
-      if (std::any_of(places.begin(), places.end(), same)) continue;
-      places.push_back(place);
-      if (std::ssize(places) >= stop_at) return stop_at;
-    }
-  }
-  return std::ssize(places);
+/// Place of the sphere on the table.
+PlaceOf sphere_of(const RTestRecord& record) {
+  const int last = std::ssize(record.chain.table) - 1;
+  return [&record, last](const RTestPoint& point) -> Vector3d {
+    return mesh::KinematicChain::frame(record.chain.table, last, point.positions).inverse() * point.nominal;
+  };
 }
 
 /// Points of a cycle that differ in the positions of axes or in their nominal place.
@@ -47,10 +31,10 @@ Index distinct_points(const RTestCycle& cycle) {
   std::vector<const RTestPoint*> distinct;
   for (const RTestPoint& point : cycle.points) {
     const auto same = [&](const RTestPoint* other) {
-      return other->positions == point.positions && (other->nominal - point.nominal).norm() < apart;
+      return other->positions == point.positions && (other->nominal - point.nominal).norm() < places_apart;
     };
     if (std::none_of(distinct.begin(), distinct.end(), same)) distinct.push_back(&point);
-    if (std::ssize(distinct) >= stop_at) break;
+    if (std::ssize(distinct) >= most_places) break;
   }
   return std::ssize(distinct);
 }
@@ -66,43 +50,38 @@ double size_of(const RTestRecord& record) {
   return (high - low).norm();
 }
 
-/// The reading of the positions that leaves the fewest places, at most half: a slip that it names; empty: none.
-std::string slip_of(const RTestRecord& record, Index count) {
+std::vector<Slip> turned_slips(const RTestRecord& record) {
   const std::vector<std::string> moved = record.moved_axes();
   std::vector<std::vector<std::string>> groups;
   for (const std::string& id : moved) groups.push_back({id});
   if (moved.size() > 1) groups.push_back(moved);
-  const std::pair<const char*, double> readings[] = {{"with the sign of {} reversed (with_letter of the axis)", -1.0},
-                                                     {"with {} in rad", 1.0 / units::deg},
-                                                     {"with {} in rad and the sign reversed", -1.0 / units::deg}};
-  Index fewest = count / 2 + 1;
-  std::string slip;
+  std::vector<Slip> slips;
   for (const std::vector<std::string>& group : groups) {
-    for (const auto& [words, factor] : readings) {
-      const double times = factor;
-      const Index other = count_places(record, [&](Positions& positions) {
+    const std::string names = core::join(group, " and ");
+    const auto times = [&](double factor) {
+      return [group, factor](RTestPoint& point) {
         for (const std::string& id : group)
-          if (const auto at = positions.find(id); at != positions.end()) at->second *= times;
-      });
-      if (other >= fewest) continue;
-      fewest = other;
-      slip = fmt::format(fmt::runtime(words), core::join(group, " and ")) + fmt::format(" they mean {}", other);
-    }
+          if (const auto at = point.positions.find(id); at != point.positions.end()) at->second *= factor;
+      };
+    };
+    slips.push_back({fmt::format("with the sign of {} reversed (with_letter of the axis)", names), times(-1.0)});
+    slips.push_back({fmt::format("with {} in rad", names), times(1.0 / units::deg)});
+    slips.push_back({fmt::format("with {} in rad and the sign reversed", names), times(-1.0 / units::deg)});
   }
-  return slip;
+  return slips;
 }
 
 }  // namespace
 
 SpherePlaces sphere_places(const RTestRecord& record) {
   SpherePlaces places;
-  places.count = count_places(record, [](Positions&) {});
-  places.is_cut = places.count >= stop_at;
+  places.count = count_places(record, sphere_of(record));
+  places.is_cut = places.count >= most_places;
   // Axes that carry the tool move no sphere on the table.
   const std::vector<std::string> moved = record.moved_axes();
   if (std::none_of(moved.begin(), moved.end(), [&](const auto& id) { return record.chain.find(id)->table_side; }))
     return places;
-  if (const double size = size_of(record); size < apart) {
+  if (const double size = size_of(record); size < places_apart) {
     places.doubt = fmt::format(
         "{}: x_mm, y_mm, z_mm change by {:.3g} mm over the record while axes turn; allowed: nominal centres of the "
         "sphere in mm at the positions of each row",
@@ -111,7 +90,7 @@ SpherePlaces sphere_places(const RTestRecord& record) {
   }
   const Index points = distinct_points(record.cycles.front());
   if (places.count < 2) return places;
-  const std::string why = slip_of(record, places.count);
+  const std::string why = slip_of(record, sphere_of(record), places.count, turned_slips(record));
   // Many spheres that are measured once or twice are not a test that is known.
   constexpr Index many = 4;
   const bool each = points >= 3 && places.count >= points;
@@ -119,7 +98,7 @@ SpherePlaces sphere_places(const RTestRecord& record) {
   places.doubt = fmt::format(
       "{}: x_mm, y_mm, z_mm of {} points mean {} places of the sphere on the table{}; the nominal points of one sphere "
       "have to follow the positions of the axes",
-      record.source, points, places.count, why.empty() ? "" : ", " + why);
+      record.source, points, places.count, why);
   return places;
 }
 

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <functional>
 #include <utility>
 #include <vector>
+
+#include "metrology/rtest/slips.h"
 
 namespace thermotwin::metrology {
 
@@ -15,38 +15,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double tools_apart = 1e-3;  ///< m, between two tool points
-constexpr Index most_tools = 200;
-
-/// Another reading of a point.
-using Reading = std::function<void(RTestPoint&)>;
-
-Vector3d tool_of(const RTestRecord& record, RTestPoint point, const Reading& read) {
-  read(point);
+/// Place of the tool point.
+PlaceOf tool_of(const RTestRecord& record) {
   const int last = std::ssize(record.chain.tool) - 1;
-  return mesh::KinematicChain::frame(record.chain.tool, last, point.positions).inverse() * point.nominal;
+  return [&record, last](const RTestPoint& point) -> Vector3d {
+    return mesh::KinematicChain::frame(record.chain.tool, last, point.positions).inverse() * point.nominal;
+  };
 }
 
-Index count_tools(const RTestRecord& record, const Reading& read) {
-  std::vector<Vector3d> places;
-  for (const RTestCycle& cycle : record.cycles) {
-    for (const RTestPoint& point : cycle.points) {
-      const Vector3d place = tool_of(record, point, read);
-      const auto same = [&](const Vector3d& other) { return (other - place).norm() < tools_apart; };
-      if (std::any_of(places.begin(), places.end(), same)) continue;
-      places.push_back(place);
-      if (std::ssize(places) >= most_tools) return most_tools;
-    }
-  }
-  return std::ssize(places);
-}
-
-struct Slip {
-  std::string words;
-  Reading read;
-};
-
-std::vector<Slip> slips_of(const RTestRecord& record) {
+std::vector<Slip> grid_slips(const RTestRecord& record) {
   std::vector<std::string> linear;
   for (const auto& [axis, position] : record.cycles.front().points.front().positions)
     if (!record.chain.find(axis)->rotary) linear.push_back(axis);
@@ -78,20 +55,13 @@ std::vector<Slip> slips_of(const RTestRecord& record) {
 }  // namespace
 
 ToolPlaces tool_places(const RTestRecord& record) {
-  const Reading as_it_is = [](RTestPoint&) {};
   ToolPlaces places;
-  places.count = count_tools(record, as_it_is);
-  places.is_cut = places.count >= most_tools;
-  places.first = tool_of(record, record.cycles.front().points.front(), as_it_is);
+  const PlaceOf tool = tool_of(record);
+  places.count = count_places(record, tool);
+  places.is_cut = places.count >= most_places;
+  places.first = tool(record.cycles.front().points.front());
   if (places.count < 2) return places;
-  Index fewest = places.count / 2 + 1;
-  std::string why;
-  for (const Slip& slip : slips_of(record)) {
-    const Index other = count_tools(record, slip.read);
-    if (other >= fewest) continue;
-    fewest = other;
-    why = fmt::format(", {} {}", slip.words, other);
-  }
+  const std::string why = slip_of(record, tool, places.count, grid_slips(record));
   constexpr Index many = 4;  // tools of a record
   if (why.empty() && (places.count <= many || 2 * places.count <= std::ssize(record.cycles.front().points)))
     return places;

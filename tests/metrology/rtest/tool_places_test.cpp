@@ -44,10 +44,10 @@ TEST(ToolPlaces, PointsThatFollowTheAxesMeanOne) {
 
 TEST(ToolPlaces, ContradictionsAreNamed) {
   const std::vector<std::pair<std::function<void(Row&, int)>, const char*>> slips{
-      {[](Row& row, int) { row[0] = -row[0]; }, "with the sign of X_mm reversed 1"},
-      {[](Row& row, int) { row[0] *= 1e-3; }, "with X_mm in m 1"},
-      {[](Row& row, int) { std::swap(row[0], row[1]); }, "with X_mm and Y_mm exchanged 1"},
-      {[](Row& row, int) { row[5] = -row[5] - 40.0; }, "with the sign of Z_mm reversed 1"},
+      {[](Row& row, int) { row[0] = -row[0]; }, "with the sign of X_mm reversed they mean 1;"},
+      {[](Row& row, int) { row[0] *= 1e-3; }, "with X_mm in m they mean 1;"},
+      {[](Row& row, int) { std::swap(row[0], row[1]); }, "with X_mm and Y_mm exchanged they mean 1;"},
+      {[](Row& row, int) { row[5] = -row[5] - 40.0; }, "with the sign of Z_mm reversed they mean 1;"},
       {[](Row& row, int i) { row[3] += 3.0 * i; }, "27 places of the tool point;"}};
   for (const auto& [slip, words] : slips)
     EXPECT_NE(places_of(slip).doubt.find(words), std::string::npos) << words << ": " << places_of(slip).doubt;
