@@ -23,7 +23,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -31,6 +30,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
@@ -204,15 +204,14 @@ Config Config::load(const std::filesystem::path& path, const KeyTable* keys) {
 Config Config::parse(const std::string& text, const std::string& source, const KeyTable* keys) {
   // The parser is not safe on broken UTF-8, so it never sees any.
   if (const auto offset = find_invalid_utf8(text)) {
-    throw InputError(source + ":" + line_and_column(text, *offset),
-                     fmt::format("byte {:#04x}", static_cast<unsigned char>(text[*offset])), "text in UTF-8");
+    throw InputError(source + ":" + line_and_column(text, *offset), fmt::format("byte {:#04x}", byte_of(text[*offset])),
+                     "text in UTF-8");
   }
   // Nor letters where TOML has none: it takes some of them for an impossible case.
   if (const auto offset = find_bare_non_ascii(text)) {
-    throw InputError(
-        source + ":" + line_and_column(text, *offset),
-        fmt::format("byte {:#04x} outside of quotes and comments", static_cast<unsigned char>(text[*offset])),
-        "ASCII there; other letters in quotes");
+    throw InputError(source + ":" + line_and_column(text, *offset),
+                     fmt::format("byte {:#04x} outside of quotes and comments", byte_of(text[*offset])),
+                     "ASCII there; other letters in quotes");
   }
   Config config;
   config.data_->text = text;
@@ -517,7 +516,7 @@ void Node::finish() const {
 
 void require_unique_id(const std::string& id, const std::string& place, std::vector<std::string>& seen) {
   const bool well_formed = !id.empty() && std::all_of(id.begin(), id.end(), [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
+    return is_letter_or_digit(c) || c == '_' || c == '.' || c == '-';
   });
   if (!well_formed) throw InputError(place, "id \"" + id + "\"", "letters, digits and _ . - in an id");
   if (std::find(seen.begin(), seen.end(), id) != seen.end()) {

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/process.h"
 
@@ -189,7 +190,7 @@ void write_files_by(const fs::path& folder,
 std::string content_hash(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char byte : bytes) {
-    hash ^= static_cast<unsigned char>(byte);
+    hash ^= byte_of(byte);
     hash *= 0x100000001b3ULL;
   }
   return fmt::format("{:016x}", hash);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "core/character.h"
+
 namespace thermotwin::core {
 
 std::string unit_text(std::string_view unit) {
@@ -17,7 +19,7 @@ std::string json_text(std::string_view text) {
   for (const char c : text) {
     if (c == '"' || c == '\\') {
       safe += {'\\', c};
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == '<' || c == '>') {
+    } else if (byte_of(c) < 0x20 || c == '<' || c == '>') {
       safe += fmt::format("\\u{:04x}", c);
     } else {
       safe += c;

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <unordered_set>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/missing.h"
@@ -25,7 +26,7 @@ std::string shown_text(std::string_view text) {
   const bool broken = find_invalid_utf8(text).has_value();
   std::string result;
   for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
+    const unsigned char byte = byte_of(c);
     result += byte < 0x20 || byte == 0x7F || (broken && byte > 0x7F) ? '?' : c;
   }
   return result;

@@ -2,8 +2,9 @@
 #include "core/text.h"
 
 #include <algorithm>
-#include <cctype>
 #include <numeric>
+
+#include "core/character.h"
 
 namespace thermotwin::core {
 namespace {
@@ -17,7 +18,7 @@ bool looks_like_number(std::string_view text) {
   if (text.empty() || text == "-" || text == "nan" || text == "inf") return true;
   if (text.front() == '+' || text.front() == '-') text.remove_prefix(1);
   if (!text.empty() && text.front() == '.') text.remove_prefix(1);
-  return !text.empty() && std::isdigit(static_cast<unsigned char>(text.front())) != 0;
+  return !text.empty() && is_digit(text.front());
 }
 
 void append_cell(std::string& line, const std::string& cell, std::size_t width, bool right) {
@@ -27,7 +28,7 @@ void append_cell(std::string& line, const std::string& cell, std::size_t width, 
 
 /// Length of the well-formed sequence at the start of text, 0 if there is none.
 std::size_t sequence_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const auto byte = [&](std::size_t i) { return byte_of(text[i]); };
   const unsigned lead = byte(0);
   if (lead < 0x80) return 1;
   std::size_t length = 0;
@@ -129,7 +130,7 @@ std::string xml_text(std::string_view text) {
       case '>': safe += "&gt;"; break;
       case '"': safe += "&quot;"; break;
       default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') safe += c;
+        if (byte_of(c) >= 0x20 || c == '\t' || c == '\n') safe += c;
     }
   }
   return safe;
@@ -204,7 +205,7 @@ std::optional<std::size_t> find_bare_non_ascii(std::string_view toml) {
   std::size_t i = toml.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   while (i < toml.size()) {
     const char c = toml[i];
-    if (static_cast<unsigned char>(c) >= 0x80) return i;
+    if (byte_of(c) >= 0x80) return i;
     if (c == '#') {
       i = std::min(toml.find('\n', i), toml.size());
     } else {

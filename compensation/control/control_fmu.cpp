@@ -9,6 +9,7 @@
 #include "compensation/control/control_bytes.h"
 #include "compensation/control/control_source.h"
 #include "compensation/control/fmu_variables.h"
+#include "core/character.h"
 #include "core/file.h"
 
 namespace thermotwin::compensation {
@@ -28,7 +29,7 @@ std::uint32_t crc32(std::string_view bytes) {
     return made;
   }();
   std::uint32_t crc = 0xFFFFFFFFU;
-  for (const char c : bytes) crc = table[(crc ^ static_cast<unsigned char>(c)) & 0xFFU] ^ (crc >> 8U);
+  for (const char c : bytes) crc = table[(crc ^ core::byte_of(c)) & 0xFFU] ^ (crc >> 8U);
   return ~crc;
 }
 

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
 #include <iterator>
 #include <set>
 #include <utility>
 
 #include "compensation/control/twin.h"
+#include "core/character.h"
 #include "core/file.h"
 
 namespace thermotwin::compensation {
@@ -54,10 +54,7 @@ void append_array(fmt::memory_buffer& out, const char* type, const char* name, c
 /// "axis.X.position_mm" as AXIS_X_POSITION_MM
 std::string constant_name(const std::string& channel) {
   std::string name;
-  for (const char c : channel)
-    name += std::isalnum(static_cast<unsigned char>(c)) != 0
-                ? static_cast<char>(std::toupper(static_cast<unsigned char>(c)))
-                : '_';
+  for (const char c : channel) name += core::is_letter_or_digit(c) ? core::upper(c) : '_';
   return name;
 }
 

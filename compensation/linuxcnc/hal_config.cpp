@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <charconv>
 #include <set>
 #include <sstream>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
@@ -86,8 +86,7 @@ std::string replaced(std::string word, const Ini& ini) {
     std::size_t from = close + 1, end = from;
     const bool bracketed = from < word.size() && word[from] == '(';
     if (bracketed) end = word.find(')', ++from);
-    while (!bracketed && end < word.size() && (std::isalnum(static_cast<unsigned char>(word[end])) || word[end] == '_'))
-      ++end;
+    while (!bracketed && end < word.size() && (core::is_letter_or_digit(word[end]) || word[end] == '_')) ++end;
     if (end == std::string::npos) break;
     const Entry* entry = ini.find(word.substr(open + 1, close - open - 1), word.substr(from, end - from));
     if (entry != nullptr) word.replace(open, end + (bracketed ? 1 : 0) - open, entry->value);

@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
+#include "core/character.h"
 #include "core/units.h"
 #include "solver/operation/film_laws.h"
 
@@ -32,7 +32,7 @@ constexpr double areas[bodies] = {0.5, 0.4, 0.4, 1.0, 4.0};  // m2, of the usual
 bool has_word(const std::string& name, const std::string& word) {
   std::string part;
   for (const char c : name + ".") {
-    if (std::isalnum(static_cast<unsigned char>(c))) {
+    if (core::is_letter_or_digit(c)) {
       part += c;
     } else {
       if (part == word) return true;

@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "compensation/measurement/channel.h"
+#include "core/character.h"
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/text.h"
@@ -32,7 +33,7 @@ std::string cells(std::ptrdiff_t count) { return fmt::format("{} cell{}", count,
 std::string shown(std::string_view text) {
   std::string result = "'";
   for (const char c : text.substr(0, 40)) {
-    const auto byte = static_cast<unsigned char>(c);
+    const unsigned char byte = core::byte_of(c);
     result += byte < 0x20 || byte >= 0x7F ? '?' : c;
   }
   return result + (text.size() > 40 ? "...'" : "'");

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -158,7 +159,7 @@ std::string changed_text(const std::string& text, const std::string& source, con
   Section section;
   std::string line = comment;
   std::replace_if(
-      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
+      line.begin(), line.end(), [](char c) { return core::byte_of(c) < 32; }, ' ');
   if (!find_table(text, all, place.table, place.id, 0, all.size(), section, place.id_key)) {
     if (!place.may_lack)
       throw core::InputError(source, "no " + what, "a table with this header and id, so that its key can be changed");

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/character.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/file.h"
@@ -44,8 +45,8 @@ void read_word_name(const Node& node, Dialect dialect, WordRule& rule) {
                       dialect == Dialect::siemens ? "a letter and a number such as M21, or a name such as CYCLE832"
                                                   : "a letter and a number such as G43.4 or M428");
   };
-  if (word.size() < 2 || std::isalpha(static_cast<unsigned char>(word[0])) == 0) throw bad();
-  rule.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
+  if (word.size() < 2 || !core::is_letter(word[0])) throw bad();
+  rule.letter = core::upper(word[0]);
   const auto read = std::from_chars(word.data() + 1, word.data() + word.size(), rule.number);
   if (read.ec != std::errc() || read.ptr != word.data() + word.size() || !(rule.number >= 0 && rule.number < 1e5))
     throw bad();
@@ -212,7 +213,7 @@ std::vector<Tool> read_tool_table(const std::filesystem::path& path) {
     Tool tool;
     bool any = false;
     for (std::string word; words >> word;) {
-      const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(word[0])));
+      const auto letter = core::upper(word[0]);
       double value = 0;
       const char* from = word.data() + 1 + (word.size() > 1 && word[1] == '+' ? 1 : 0);
       const auto read = std::from_chars(from, word.data() + word.size(), value);

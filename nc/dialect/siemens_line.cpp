@@ -3,19 +3,18 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
-
+#include "core/character.h"
 #include "core/error.h"
 #include "core/text.h"
 
 namespace thermotwin::nc {
 
 using core::InputError;
+using core::is_digit;
 
 namespace {
 
-bool is_alpha(unsigned char c) { return std::isalpha(c) != 0 || c == '_' || c == '$'; }
-bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
+bool is_alpha(char c) { return core::is_letter(c) || c == '_' || c == '$'; }
 bool is_operator(char c) { return c == '+' || c == '-' || c == '*' || c == '/'; }
 /// MOD and DIV are operators as well.
 bool is_named_operator(std::string_view text) {

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
@@ -25,7 +25,6 @@ constexpr double largest = 1e9;
 
 using Function = double (*)(double);
 double in_degrees(double radians) { return radians / core::units::deg; }
-bool is_letter(unsigned char c) { return std::isalpha(c) != 0; }
 double square(double x) { return x * x; }
 
 struct Named {
@@ -86,7 +85,7 @@ private:
   std::string word_here() {
     peek();
     std::size_t end = at_;
-    while (end < text_.size() && is_letter(text_[end])) ++end;
+    while (end < text_.size() && core::is_letter(text_[end])) ++end;
     return text_.substr(at_, end - at_);
   }
   [[noreturn]] void refuse() const {

@@ -20,6 +20,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/units.h"
@@ -187,7 +188,7 @@ LineCount require_text(const std::filesystem::path& path) {
   constexpr std::size_t longest = 254;
   while (in.read(part.data(), std::ssize(part)), in.gcount() > 0) {
     for (const char letter : std::string_view(part.data(), in.gcount())) {
-      const auto c = static_cast<unsigned char>(letter);
+      const unsigned char c = core::byte_of(letter);
       constexpr unsigned char end_of_text = 26;  // the last byte of programs from old systems
       if (c < 32 && c != '\t' && c != '\n' && c != '\r' && c != end_of_text)
         throw InputError(fmt::format("{}:{}", path.string(), line), fmt::format("a byte of value {}", c),

@@ -4,20 +4,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <sstream>
 
+#include "core/character.h"
 #include "core/error.h"
 
 namespace thermotwin::nc {
 
 namespace {
 
+using core::is_digit;
+using core::is_letter;
+
 constexpr std::size_t chunk_lines = 64;
 
-bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool is_space(char c) { return c == ' ' || c == '\t'; }
 
 /// Behind an expression in brackets, or a parameter such as #1, #<name>, ##2.
@@ -33,7 +35,7 @@ std::size_t behind_expression(const std::string& text, std::size_t at) {
     }
     ++at;
     if (depth > 0 || c == '#' || c == '-' || c == '+' || is_space(c)) continue;
-    if (at < text.size() && (std::isdigit(static_cast<unsigned char>(text[at])) != 0 || text[at] == '.')) continue;
+    if (at < text.size() && (is_digit(text[at]) || text[at] == '.')) continue;
     return at;
   }
   return at;
@@ -54,6 +56,43 @@ std::size_t behind_function(const std::string& text, std::size_t at) {
   return open < text.size() && text[open] == '[' ? behind_expression(text, open) : at;
 }
 
+/// Whether an expression stands at a place: [...], #1, -#1, a function.
+bool is_expression(const std::string& text, std::size_t at) {
+  const auto begins = [&](std::size_t place) {
+    return place < text.size() && (text[place] == '[' || text[place] == '#');
+  };
+  if (at >= text.size()) return false;
+  const bool sign = text[at] == '-' || text[at] == '+';
+  return begins(at) || is_letter(text[at]) || (sign && begins(at + 1));
+}
+
+/// A number, which may have spaces inside: "- 1 . 5". @return the place behind it
+std::size_t behind_number(const std::string& text, std::size_t at, double& value) {
+  std::string number;
+  std::size_t stop = at;
+  for (; at < text.size(); ++at) {
+    const char c = text[at];
+    if (is_space(c)) continue;
+    if (!is_digit(c) && c != '.' && c != '-' && c != '+') break;
+    if (c != '+') number += c;
+    stop = at + 1;
+  }
+  std::from_chars(number.data(), number.data() + number.size(), value);
+  return stop;
+}
+
+/// The word whose letter stands at a place.
+Word word_at(const std::string& text, std::size_t begin) {
+  Word word;
+  word.letter = core::upper(text[begin]);
+  word.begin = begin;
+  std::size_t at = begin + 1;
+  while (at < text.size() && is_space(text[at])) ++at;
+  word.expression = is_expression(text, at);
+  word.end = word.expression ? behind_function(text, at) : behind_number(text, at, word.value);
+  return word;
+}
+
 }  // namespace
 
 ProgramLine ProgramLine::parse(std::string text, std::string end) {
@@ -68,61 +107,30 @@ void ProgramLine::read_words() {
   words.clear();
   code_end = 0;
   control = assigns = label = false;
-  std::size_t i = 0;
-  while (i < text.size()) {
-    const char c = text[i];
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const char c = text[at];
     if (c == ';') break;
-    if (c == '(') {
-      i = text.find(')', i);
-      if (i == std::string::npos) break;
-      ++i;
-      continue;
-    }
     if (c == '#') {
       assigns = true;
       break;
     }
-    if (!is_letter(c) && c != '@' && c != '^') {
-      ++i;
-      if (!is_space(c)) code_end = i;
-      continue;
-    }
-    Word word;
-    word.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    word.begin = i;
-    if (word.letter == 'O') {
-      const std::size_t behind = std::min(text.find_first_not_of("0123456789 \t", i + 1), text.size());
+    if (c == '(') {
+      at = text.find(')', at);
+      if (at == std::string::npos) break;
+      ++at;
+    } else if (!is_letter(c) && c != '@' && c != '^') {
+      ++at;
+      if (!is_space(c)) code_end = at;
+    } else if (core::upper(c) == 'O') {
+      const std::size_t behind = std::min(text.find_first_not_of("0123456789 \t", at + 1), text.size());
       label = behind == text.size() || text[behind] == '(' || text[behind] == ';';
       control = !label;
       break;
-    }
-    std::size_t at = i + 1;
-    while (at < text.size() && is_space(text[at])) ++at;
-    if (at < text.size() && (text[at] == '[' || text[at] == '#' ||
-                             ((text[at] == '-' || text[at] == '+') && at + 1 < text.size() &&
-                              (text[at + 1] == '[' || text[at + 1] == '#')) ||
-                             is_letter(text[at]))) {
-      word.expression = true;
-      at = behind_function(text, at);
     } else {
-      // Numbers may have spaces inside: "X - 1 . 5".
-      std::string number;
-      std::size_t stop = at;
-      while (at < text.size() && (std::isdigit(static_cast<unsigned char>(text[at])) != 0 || text[at] == '.' ||
-                                  text[at] == '-' || text[at] == '+' || is_space(text[at]))) {
-        if (!is_space(text[at])) {
-          if (text[at] != '+') number += text[at];
-          stop = at + 1;
-        }
-        ++at;
-      }
-      std::from_chars(number.data(), number.data() + number.size(), word.value);
-      at = stop;
+      words.push_back(word_at(text, at));
+      at = code_end = words.back().end;
     }
-    word.end = at;
-    code_end = at;
-    words.push_back(word);
-    i = std::max(at, i + 1);
   }
 }
 

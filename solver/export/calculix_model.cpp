@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "solver/contact/grid.h"
@@ -26,8 +26,7 @@ std::string Names::of(const std::string& kind, const std::string& id) {
   constexpr std::size_t longest = 60;  // ccx: 80 characters with what it adds itself
   std::string name = kind + "_" + id;
   for (char& c : name) {
-    c = std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::toupper(static_cast<unsigned char>(c)))
-                                                    : '_';
+    c = core::is_letter_or_digit(c) ? core::upper(c) : '_';
   }
   name.resize(std::min(name.size(), longest));
   const auto used = [&](const std::string& wanted) {

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 
+#include "core/character.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/matrix_market.h"
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 std::string plain(const std::string& id) {
   std::string text = id;
   for (char& c : text)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != '-') c = '_';
+    if (!core::is_letter_or_digit(c) && c != '_' && c != '-') c = '_';
   return text;
 }
 
