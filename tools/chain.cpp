@@ -93,9 +93,15 @@ void compare_heldout(ReducedCase& made, const mesh::Machine& machine, const std:
   made.model.errors.clear();
   made.reference.errors.clear();
   for (std::size_t i = 0; i < loads.size(); ++i) {
+    const auto add_sensors = [&](const solver::LoadResult& reduced) {
+      if (machine.sensors.empty()) return;
+      const std::vector<reduction::SensorError> errors = reduction::compare_sensors(full[i], reduced);
+      made.sensors.insert(made.sensors.end(), errors.begin(), errors.end());
+    };
     if (!has_reference(made)) {
-      made.model.errors.push_back(
-          reduction::compare(full[i], reduction::simulate_reduced(made.model, machine, loads[i], poses)));
+      const solver::LoadResult reduced = reduction::simulate_reduced(made.model, machine, loads[i], poses);
+      made.model.errors.push_back(reduction::compare(full[i], reduced));
+      add_sensors(reduced);
       continue;
     }
     const reduction::EstimatedRun run =
@@ -106,6 +112,7 @@ void compare_heldout(ReducedCase& made, const mesh::Machine& machine, const std:
     errors.effectivity = estimated.median;
     made.model.errors.push_back(errors);
     made.effectivities.push_back(estimated);
+    add_sensors(run.result);
     made.reference.errors.push_back(reduction::compare(full[i], run.larger));
   }
 }
@@ -197,6 +204,7 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
 std::string error_table(const ReducedCase& made) {
   std::string text = core::format_table(heldout_rows(made));
   if (!made.off_grid.empty()) text += "\n\n" + core::format_table(off_grid_rows(made));
+  if (!made.sensors.empty()) text += "\n\n" + core::format_table(sensor_rows(made));
   if (made.model.mesh_error) text += "\n\n" + core::format_table(mesh_error_rows(*made.model.mesh_error));
   return text;
 }

@@ -14,6 +14,7 @@
 #include "reduction/basis/reduce.h"
 #include "reduction/bound/error_bound.h"
 #include "reduction/model/reduced_model.h"
+#include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/campaign.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/full_model.h"
@@ -65,6 +66,7 @@ struct ReducedCase {
   reduction::ReduceSummary summary;
   std::vector<mesh::Pose> off_grid_poses;          ///< between the stored ones, at random
   std::vector<reduction::OffGridErrors> off_grid;  ///< one a held-out load
+  std::vector<reduction::SensorError> sensors;     ///< of the held-out loads, one load after another
   double campaign_seconds = 0;
   std::size_t loads = 0, poses = 0;
 };

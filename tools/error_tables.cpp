@@ -3,7 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "core/units.h"
 
 namespace thermotwin::tools {
 
@@ -27,6 +32,22 @@ std::vector<std::vector<std::string>> off_grid_rows(const ReducedCase& made) {
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()),
                      fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / e.rms.size())),
                      fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
+  }
+  return table;
+}
+
+std::vector<std::vector<std::string>> sensor_rows(const ReducedCase& made) {
+  std::vector<std::vector<std::string>> table{
+      {"sensors, held-out load", "max error K", "of sensor", "at h", "its range K", "rms K, all sensors"}};
+  for (auto from = made.sensors.begin(); from != made.sensors.end();) {
+    const auto to = std::find_if(from, made.sensors.end(), [&](const auto& e) { return e.load != from->load; });
+    const auto worst = std::max_element(from, to, [](const auto& a, const auto& b) { return a.max_K < b.max_K; });
+    const double squares =
+        std::accumulate(from, to, 0.0, [](double sum, const auto& e) { return sum + e.rms_K * e.rms_K; });
+    table.push_back({from->load, fmt::format("{:.3f}", worst->max_K), worst->sensor,
+                     fmt::format("{:.2f}", worst->at_s / core::units::hour), fmt::format("{:.2f}", worst->range_K),
+                     fmt::format("{:.3f}", std::sqrt(squares / std::distance(from, to)))});
+    from = to;
   }
   return table;
 }

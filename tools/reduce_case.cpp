@@ -200,6 +200,14 @@ nlohmann::json errors_json(const ReducedCase& made) {
     json["off_grid"].push_back(
         {{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
   }
+  for (const auto& e : made.sensors) {
+    json["sensors"].push_back({{"load", e.load},
+                               {"sensor", e.sensor},
+                               {"range_K", e.range_K},
+                               {"max_K", e.max_K},
+                               {"rms_K", e.rms_K},
+                               {"at_s", e.at_s}});
+  }
   for (const auto& e : made.model.errors) {
     json["heldout"].push_back({{"load", e.load},
                                {"peak_um", e.peak_um},

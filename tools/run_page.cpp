@@ -77,6 +77,7 @@ std::string compensation_section(const RunResults& r) {
 std::string reduced_section(const RunResults& r) {
   std::string tables = core::html_table(heldout_rows(r.made));
   if (!r.made.off_grid.empty()) tables += "<br>" + core::html_table(off_grid_rows(r.made));
+  if (!r.made.sensors.empty()) tables += "<br>" + core::html_table(sensor_rows(r.made));
   std::string picture;
   const auto file = r.options.out / "order.svg";
   if (std::filesystem::exists(file)) picture = core::html_wide(760, core::read_file(file));

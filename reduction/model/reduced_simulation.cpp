@@ -210,4 +210,27 @@ ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult
   return errors;
 }
 
+std::vector<SensorError> compare_sensors(const solver::LoadResult& full, const solver::LoadResult& reduced) {
+  const core::Table &truth = full.sensors, &model = reduced.sensors;
+  if (truth.columns != model.columns || truth.rows() != model.rows() || truth.rows() == 0) {
+    throw core::InputError("comparison of load '" + full.load + "'",
+                           fmt::format("sensors with {} and {} rows", truth.rows(), model.rows()),
+                           "results of the same sensors at the same times");
+  }
+  std::vector<SensorError> errors;
+  const Eigen::VectorXd time = truth.column("time_s");
+  for (Eigen::Index i = 0; i < truth.values.cols(); ++i) {
+    const std::string& name = truth.columns[i];
+    if (name == "time_s") continue;
+    const Eigen::VectorXd readings = truth.values.col(i), off = model.values.col(i) - readings;
+    SensorError error{full.load, name.substr(0, name.rfind("_C")), readings.maxCoeff() - readings.minCoeff()};
+    Eigen::Index at = 0;
+    error.max_K = off.cwiseAbs().maxCoeff(&at);
+    error.rms_K = std::sqrt(off.squaredNorm() / off.size());
+    error.at_s = time(at);
+    errors.push_back(error);
+  }
+  return errors;
+}
+
 }  // namespace thermotwin::reduction

@@ -51,4 +51,15 @@ std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table
 /// Compares two results of one load. @throws InputError unless times and poses are equal
 ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced);
 
+/// How far a sensor of the reduced model is from the full model's in one load.
+struct SensorError {
+  std::string load, sensor;
+  double range_K = 0;           ///< largest less smallest reading of the full model
+  double max_K = 0, rms_K = 0;  ///< reduced minus full, at the output times
+  double at_s = 0;              ///< time of max_K
+};
+
+/// One a sensor, in the order of the table. @throws InputError unless sensors and times are equal
+std::vector<SensorError> compare_sensors(const solver::LoadResult& full, const solver::LoadResult& reduced);
+
 }  // namespace thermotwin::reduction

@@ -86,6 +86,20 @@ TEST(Reduce, TellsErrorsBetweenStoredPosesItsTimeAndTheObserver) {
   const std::string table = read(toy.result("off_grid.csv"));
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 12);
   EXPECT_SAYS(table, "load,X_mm,Y_mm,Z_mm,B_deg,C_deg,peak_um,max_um,rms_um,own_rows_max_um\nmixed,");
+  // The sensors of both runs, compared here once more.
+  const Result again = toy.run({"campaign", toy.path(), "--reduced", "--load", "mixed", "--quiet"});
+  ASSERT_EQ(again.status, 0) << again.err;
+  const core::Table full = core::read_csv(toy.result("campaign/mixed/sensors.csv"));
+  const core::Table reduced = core::read_csv(toy.result("campaign_reduced/mixed/sensors.csv"));
+  ASSERT_EQ(summary["sensors"].size(), 4U);
+  for (const json& sensor : summary["sensors"]) {
+    const std::string column = sensor["sensor"].get<std::string>() + "_C";
+    const Eigen::VectorXd off = reduced.column(column) - full.column(column);
+    EXPECT_EQ(sensor["load"], "mixed");
+    EXPECT_NEAR(sensor["max_K"].get<double>(), off.cwiseAbs().maxCoeff(), 2e-4) << column;
+    EXPECT_NEAR(sensor["rms_K"].get<double>(), std::sqrt(off.squaredNorm() / off.size()), 2e-4) << column;
+    EXPECT_GT(sensor["range_K"].get<double>(), sensor["max_K"].get<double>()) << column;
+  }
   bool identified = false;
   for (const json& row : summary["comparison"]) identified = identified || row["method"] == "identified";
   EXPECT_TRUE(identified);
