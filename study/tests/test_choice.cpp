@@ -31,6 +31,12 @@ constexpr double may_gain = 2.0;    ///< times its last rate, since the thermal 
 
 }  // namespace
 
+std::optional<double> TestPath::hours_until(double wanted_um2) const {
+  for (std::size_t i = 0; i < hours.size(); ++i)
+    if (variance_um2[i] <= wanted_um2) return hours[i];
+  return std::nullopt;
+}
+
 TestChoice::TestChoice(TestRun& run, const std::vector<TestBlock>& blocks, const MatrixXd& prediction)
     : run_(run),
       blocks_(blocks),
@@ -184,6 +190,30 @@ TestOrder TestChoice::exchanged(TestOrder order, int passes) const {
       progress.advance();
     }
     if (!changed) break;
+  }
+  return order;
+}
+
+TestOrder TestChoice::shortened(TestOrder order, double variance_um2) const {
+  const TestPath path = evaluate(order);
+  const auto reached = std::find_if(path.variance_um2.begin(), path.variance_um2.end(),
+                                    [&](double left) { return left <= variance_um2; });
+  if (reached == path.variance_um2.end()) return order;
+  order.resize(reached - path.variance_um2.begin() + 1);
+  for (bool shorter = true; shorter && order.size() > 1;) {
+    shorter = false;
+    std::vector<std::size_t> longest_first(order.size());
+    std::iota(longest_first.begin(), longest_first.end(), std::size_t{0});
+    std::stable_sort(longest_first.begin(), longest_first.end(),
+                     [&](std::size_t a, std::size_t b) { return order[a]->seconds() > order[b]->seconds(); });
+    for (const std::size_t i : longest_first) {
+      TestOrder other = order;
+      other.erase(other.begin() + i);
+      if (evaluate(other).end_um2() > variance_um2) continue;
+      order = std::move(other);
+      shorter = true;
+      break;
+    }
   }
   return order;
 }

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct TestPath {
   std::vector<Eigen::VectorXd> shares;  ///< (parameters) what each block lowers of the diagonal of M S, um^2
   Eigen::MatrixXd covariance;           ///< (parameters x parameters) at the end, per squared prior deviation
   double end_um2() const { return variance_um2.back(); }
+  /// @return the hours after which at most so much is left; nothing if it never is
+  std::optional<double> hours_until(double variance_um2) const;
 };
 
 class TestChoice {
@@ -41,6 +44,10 @@ public:
   TestOrder greedy(double seconds) const;
   /// @param passes  over the blocks at most
   TestOrder exchanged(TestOrder order, int passes) const;
+  /// The order up to the block that reaches a variance, without the blocks that are not needed for it: each is left
+  /// out in turn, the longest first, and stays out where the rest still reaches the variance.
+  /// @return the order as it is where it never reaches the variance
+  TestOrder shortened(TestOrder order, double variance_um2) const;
   /// Blocks drawn with equal probability of those that still fit.
   TestOrder random(double seconds, std::uint64_t seed) const;
 

@@ -87,6 +87,35 @@ TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {
   EXPECT_SAYS(read(fs::path(record) / "channels.toml"), "quantity = \"dz\"");
 }
 
+TEST_F(StudyTests, TakesTheFewestHoursThatLeaveWhatIsAsked) {
+  const Result whole = run({"--hours", "4", "--exchanges", "0", "--json"});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  const json all = json::parse(whole.out);
+  const double left_um = std::sqrt(all["chosen_um2"].get<double>());
+  const double wanted_um = 0.5 * (left_um + std::sqrt(all["prior_um2"].get<double>()));
+  const std::string wanted = fmt::format("{:.6f}", wanted_um);
+
+  const Result made = run({"--hours", "4", "--exchanges", "0", "--leave", wanted, "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json summary = json::parse(made.out);
+  const double hours = summary["hours_until"]["chosen"];
+  EXPECT_LT(hours, 4.0);
+  EXPECT_EQ(summary["blocks"].back()["until_h"].get<double>(), hours) << "it ends where it is reached";
+  EXPECT_LE(std::sqrt(summary["chosen_um2"].get<double>()), wanted_um);
+  EXPECT_EQ(summary["hours_until"]["random"].size(), 5U);
+  for (const json& random : summary["hours_until"]["random"])
+    if (!random.is_null()) {
+      EXPECT_LE(hours, random.get<double>());
+    }
+  EXPECT_SAYS(read(study() / "report.html"), "--leave " + fmt::format("{:g}", wanted_um));
+
+  const Result never = run({"--hours", "1", "--exchanges", "0", "--leave", "0.001"});
+  ASSERT_EQ(never.status, 0) << never.err;
+  EXPECT_SAYS(never.out, "1 h of this test leave");
+  EXPECT_SAYS(never.out, "more than the 0.001 um of --leave");
+  EXPECT_EQ(run({"--leave", "0"}).status, 2);
+}
+
 TEST_F(StudyTests, TakesABetterOrderThatItHasSeen) {
   // One block of the sensors alone: sooner or later a random order beats the greedy one without exchanges.
   bool taken = false;

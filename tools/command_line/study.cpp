@@ -147,9 +147,12 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
                             "thermotwin study tests cases/vmc5 --hours 24 --confirm 3", options, &study_tests);
   verb->add_option("CASE", tests.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--model", tests.model, "Reduced model (default: model.rom.h5 in --out, else made from the case).");
-  verb->add_option("--hours", tests.hours, "Length of the test, h.")
+  verb->add_option("--hours", tests.hours, "Length of the test, h; with --leave the longest.")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
+  verb->add_option("--leave", tests.leave_um,
+                   "Take the fewest hours that leave at most this standard deviation of the TCP error, um.")
+      ->check(CLI::Range(1e-6, 1e6));
   verb->add_option("--block", tests.block_min, "Length of a standard block, min.")
       ->check(CLI::Range(5.0, 1440.0))
       ->capture_default_str();

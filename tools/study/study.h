@@ -51,6 +51,7 @@ struct StudySensorsOptions : CommonOptions {
 struct StudyTestsOptions : CommonOptions {
   std::filesystem::path case_path, model;
   double hours = 24, block_min = 60, interval_min = 5, every_min = 10;
+  double leave_um = 0;  ///< the shortest test that leaves at most so much; 0: all hours
   std::vector<std::string> loads, programs, parameters;
   bool no_standard = false, no_programs = false, chamber = false, no_probe = false;
   std::string probe_pose;

@@ -174,6 +174,15 @@ json json_of_tests(const TestStudy& study, std::size_t candidates) {
                   {"below_best_random_percent", study.gain_percent(study.best())},
                   {"below_iso_230_3_percent", study.gain_percent(study.iso)},
                   {"blocks", blocks}};
+  if (study.leave_um > 0) {
+    const auto hours = [&](const TestPath& path) {
+      const std::optional<double> until = study.hours_until(path);
+      return until ? json(*until) : json();
+    };
+    summary["leave_um"] = study.leave_um;
+    summary["hours_until"] = {{"chosen", hours(study.chosen)}, {"iso_230_3", hours(study.iso)}};
+    for (const TestPath& path : study.random) summary["hours_until"]["random"].push_back(hours(path));
+  }
   if (!study.confirmed.empty()) {
     json nominal = json::array(), chosen = json::array(), other = json::array();
     for (const study::ConfirmedMachine& one : study.confirmed) {
@@ -227,6 +236,7 @@ TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& cho
   const double seconds = options.hours * core::units::hour;
   TestStudy study;
   study.prior_um2 = choice.prior_um2();
+  study.leave_um = options.leave_um;
   study.chosen = choice.evaluate(choice.exchanged(choice.greedy(seconds), options.exchanges));
   TestOrder of_iso;
   for (const TestBlock& block : iso) of_iso.push_back(&block);
@@ -238,6 +248,8 @@ TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& cho
     progress.advance();
   }
   take_better_start(options, choice, study);
+  if (study.leave_um > 0)
+    study.chosen = choice.evaluate(choice.shortened(study.chosen.blocks, study.leave_um * study.leave_um));
   return study;
 }
 

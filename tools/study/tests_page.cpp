@@ -130,7 +130,39 @@ std::vector<std::vector<std::string>> parameter_table(const TestStudy& study) {
   return rows;
 }
 
+namespace {
+
+/// Of a test that may leave so much: its hours beside those of the others.
+std::string hours_sentence(const TestStudy& study) {
+  const auto until = [&](const TestPath& path) {
+    const std::optional<double> hours = study.hours_until(path);
+    return hours ? fmt::format("{:.4g} h", *hours) : fmt::format("more than {:.4g} h", path.hours.back());
+  };
+  std::optional<double> least;
+  for (const TestPath& path : study.random)
+    if (const std::optional<double> hours = study.hours_until(path); hours && (!least || *hours < *least))
+      least = hours;
+  const std::string others = fmt::format(
+      "{} needs {} for it, the order of ISO 230-3 {}.",
+      study.random.size() == 1 ? "A random order" : fmt::format("The best of {} random orders", study.random.size()),
+      least ? fmt::format("{:.4g} h", *least) : fmt::format("more than {:.4g} h", study.best().hours.back()),
+      until(study.iso));
+  if (!study.hours_until(study.chosen)) {
+    return fmt::format(
+        "{:.4g} h of this test leave {:.3f} um of the TCP error ({:.3f} um before), more than the {:g} um of --leave. "
+        "More hours, or more and better sensors, are needed. {}",
+        study.chosen.hours.back(), std::sqrt(study.chosen.end_um2()), std::sqrt(study.prior_um2), study.leave_um,
+        others);
+  }
+  return fmt::format(
+      "{:.4g} h of this test leave {:.3f} um of the TCP error ({:.3f} um before); {:g} um may be left. {}",
+      study.chosen.hours.back(), std::sqrt(study.chosen.end_um2()), std::sqrt(study.prior_um2), study.leave_um, others);
+}
+
+}  // namespace
+
 std::string test_sentence(const TestStudy& study) {
+  if (study.leave_um > 0) return hours_sentence(study);
   const std::size_t count = study.random.size();
   const auto against = [&](const TestPath& other) {
     const double gain = study.gain_percent(other);
@@ -168,7 +200,8 @@ std::string tests_page(const StudyTestsOptions& options, const TestStudy& study)
   std::vector<std::string> sentences{core::html_sentence(test_sentence(study))};
   if (const std::string confirmed = confirmed_sentence(study); !confirmed.empty())
     sentences.push_back(core::html_sentence(confirmed));
-  const bool better = study.gain_percent(study.best()) > 0 && study.gain_percent(study.iso) > 0;
+  const bool better = study.leave_um > 0 ? study.hours_until(study.chosen).has_value()
+                                         : study.gain_percent(study.best()) > 0 && study.gain_percent(study.iso) > 0;
   std::string body =
       core::html_title(title, "load programs that leave the prediction of the TCP error the least variance") +
       core::html_finding(better ? core::Tone::good : core::Tone::plain, "test", sentences) +
@@ -192,9 +225,11 @@ std::string tests_page(const StudyTestsOptions& options, const TestStudy& study)
                     fmt::format("thermotwin measure simulate {} --case {} --out {}", folder,
                                 core::shell_word(options.case_path), core::shell_word(options.out / "record"))});
   }
-  next.push_back({"Confirm the choice on machines measured virtually:",
-                  fmt::format("thermotwin study tests {} --hours {:g} --confirm 3 --out {}",
-                              core::shell_word(options.case_path), options.hours, core::shell_word(options.out))});
+  next.push_back(
+      {"Confirm the choice on machines measured virtually:",
+       fmt::format("thermotwin study tests {} --hours {:g}{} --confirm 3 --out {}", core::shell_word(options.case_path),
+                   options.hours, options.leave_um > 0 ? fmt::format(" --leave {:g}", options.leave_um) : "",
+                   core::shell_word(options.out))});
   return core::html_document(title, body + core::html_next_steps(next));
 }
 
