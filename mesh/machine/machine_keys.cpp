@@ -99,7 +99,10 @@ const KeyTable axis{
     {
         key::text("id", required, "Its name, unique among axes."),
         key::word("kind", {"linear", "rotary"}, required, "How it moves."),
-        key::point("direction", "", required, "Direction of motion, or of the rotation's axis; of any length."),
+        key::point(
+            "direction", "", required,
+            "Motion of the body that the axis carries at a positive command, or the rotation's axis; of any length. "
+            "A table that carries the workpiece thus moves against the tool's relative motion of ISO 841."),
         key::point("origin_mm", "mm", Absent{"the origin"}, "A point on the axis of a rotary one."),
         key::numbers("travel_mm", "mm", any_number, Absent{"rotary"}, "[low, high] of a linear axis."),
         key::numbers("travel_deg", "deg", any_number, Absent{"linear or endless"}, "[low, high] of a rotary axis."),
