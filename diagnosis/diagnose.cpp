@@ -93,8 +93,11 @@ std::string extend(const mesh::Machine& machine, const std::vector<RankedCause>&
 
 std::vector<Parameter> marked_causes(const Diagnosis& diagnosis) {
   std::vector<Parameter> marked;
-  for (const RankedCause& cause : diagnosis.causes.empty() ? diagnosis.ambiguous_set : diagnosis.causes)
-    if (!cause.parameter.name.empty()) marked.push_back(cause.parameter);
+  constexpr double least_shown = 0.05;
+  for (const RankedCause& cause : diagnosis.causes.empty() ? diagnosis.ambiguous_set : diagnosis.causes) {
+    const bool shown = !diagnosis.causes.empty() || cause.probability >= least_shown;
+    if (shown && !cause.parameter.name.empty()) marked.push_back(cause.parameter);
+  }
   return marked;
 }
 
@@ -135,6 +138,19 @@ bool deserves_second_look(const SearchResult& found) {
   return found.probability_none < none_likely && found.hypotheses.front().log_evidence < clear;
 }
 
+/// How far what is named strains the whole record, and what held-out data say of it where something unknown acts too.
+void judge_explanation(const Problem& problem, const Response& response, const mesh::Machine& machine, Look& look) {
+  Hypothesis named = shown(problem, look.found, look.decided);
+  if (named.members.empty()) return;
+  linearise(named, problem, response, machine);
+  if (!look.decided.causes.empty()) look.strain = strain_of(problem, named);
+  leave_open(problem, look.strain, look.decided);
+  if (look.found.probability_unknown < 0.5) return;
+  raise_misfit(look.found, heldout_misfit(problem, named, look.found.beside_channel));
+  look.decided = {};
+  decide(problem, look.found, look.decided);
+}
+
 Look look_at(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
   Look look{.seen = see(model, records, options), .found = {}, .decided = {}, .strain = {}};
@@ -157,12 +173,7 @@ Look look_at(const reduction::ReducedModel& model, Records records, const Diagno
     add_laws(look.found, clear_laws(problem, look.found, changing.laws));
   }
   decide(problem, look.found, look.decided);
-  if (Hypothesis named = shown(problem, look.found, look.decided);
-      !look.decided.causes.empty() && !named.members.empty()) {
-    linearise(named, problem, response, machine);
-    look.strain = strain_of(problem, named);
-    leave_open(problem, look.strain, look.decided);
-  }
+  judge_explanation(problem, response, machine, look);
   problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
 }
@@ -242,7 +253,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   if (longer) look = look_at(model, records, more);
   const Response& response = *look.seen.response;
   const Problem& problem = look.seen.problem;
-  const SearchResult& found = look.found;
+  SearchResult& found = look.found;
 
   Diagnosis d = std::move(look.decided);
   d.measurement = names_of(records);
@@ -271,6 +282,8 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     d.causes.clear();
     d.ambiguous_set.clear();
     d.residuals.clear();
+    raise_misfit(found, look.strain.heldout_misfit);
+    relist(problem, found, d);
     best = {};
     best.predicted = problem.predicted;
     best.refined = true;
@@ -279,12 +292,12 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   doubt(machine, records, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
+  d.analysis = analyse(problem, solver::Channels(machine));
   d.actions = actions_of(d, model);
   if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
     d.next = next_measurement(problem, model, options.programs, d, options);
   d.detectable = detectability(problem, found);
   if (d.verdict == Verdict::no_discrepancy) d.next.why = nothing_to_decide(d.detectable);
-  d.analysis = analyse(problem, solver::Channels(machine));
   const Observations& obs = problem.observations;
   const auto longer_notes = [&](std::size_t k) { return std::vector{longer_note(open[k], obs.each()[k])}; };
   if (longer)

@@ -295,8 +295,9 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
   for (const MachineValue& place : places) {
     const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
     const double was = *place.value / place.per_unit;
-    std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", name_of(parameter.kind),
-                                      parameter.name, value, unit, std, unit, was);
+    std::string comment =
+        fmt::format("diagnosis: {} {} {}{} +- {}{}, was {:.9g}", name_of(parameter.kind), parameter.name,
+                    core::plain_number(value, 4), unit, core::plain_number(std, 2), unit, was);
     if (is_step(parameter.kind)) comment += "; since " + step_in_words(parameter);
     if (!why.empty()) comment += "; " + why;
     text = changed_text(text, machine.path.string(), place, changed_value(was, parameter, value), comment);

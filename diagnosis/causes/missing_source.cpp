@@ -74,9 +74,9 @@ std::string missing_source_text(const mesh::Machine& machine, const Parameter& p
   std::string id = source_id(missing);
   const std::string alike = missing.alike.empty() ? "" : " (or " + core::join(missing.alike, " or ") + ")";
   text += fmt::format(
-      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W {}{}, within {:.0f} mm "
+      "\n[[source]]\n# diagnosis: source_missing power {} +- {} W {}{}, within {:.0f} mm "
       "of {}{}{}\nid = \"{}\"\n",
-      power_W, std_W,
+      core::plain_number(power_W, 4), core::plain_number(std_W, 2),
       missing.daily ? in_words(*missing.daily) : fmt::format("where {} = {:.6g}", missing.follows, missing.at), alike,
       1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ", why, id);
   if (power_W > 0.0 && std_W > 0.0)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/text.h"
 #include "core/units.h"
 
 namespace thermotwin::diagnosis {
@@ -31,8 +32,8 @@ double cause_std_at(const Parameter& parameter, double value) {
 
 std::string step_in_words(const Parameter& parameter) {
   if (!std::isfinite(parameter.from_s)) return "the start";
-  return fmt::format("{:.2f} +- {:.2g} h of the record", parameter.from_s / core::units::hour,
-                     parameter.from_std_s / core::units::hour);
+  return fmt::format("{:.2f} +- {} h of the record", parameter.from_s / core::units::hour,
+                     core::plain_number(parameter.from_std_s / core::units::hour, 2));
 }
 
 std::string name_of(const Parameter& parameter) { return name_of(parameter.kind) + " of " + parameter.where; }

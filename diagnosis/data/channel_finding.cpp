@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/report/words.h"
 
@@ -73,8 +74,9 @@ std::vector<OnLastPart> on_last_part(const DataRecord& record, const ChannelFind
 /// In words, with the time at which a drift begins.
 std::string described(const Extension& extension) {
   if (extension.kind != Kind::probe_drift) return name_of(extension.kind);
-  return fmt::format("{} of {:+.3g} +- {:.2g} {} from hour {:.0f} on", name_of(extension.kind), extension.value,
-                     extension.std, extension.unit, extension.begins / hour);
+  return fmt::format("{} of {}{} +- {} {} from hour {:.0f} on", name_of(extension.kind),
+                     extension.value < 0.0 ? "" : "+", core::plain_number(extension.value, 3),
+                     core::plain_number(extension.std, 2), extension.unit, extension.begins / hour);
 }
 
 std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& finding) {
@@ -249,9 +251,10 @@ NextMeasurement needed(const DataRecord& record, const RecordSegments& segments,
       record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
       first.maxCoeff(), hours);
   const auto own = weighed.model.covariance.block(input * elements, input * elements, elements, elements);
-  next.why = fmt::format("its steady gain is only known as {:.3g} +- {:.2g} um per {}; {}",
-                         weighed.model.step_response(input, std::numeric_limits<double>::infinity()),
-                         std::sqrt(std::max(own.sum(), 0.0)), record.input_units[input], goal);
+  next.why =
+      fmt::format("its steady gain is only known as {} +- {} um per {}; {}",
+                  core::plain_number(weighed.model.step_response(input, std::numeric_limits<double>::infinity()), 3),
+                  core::plain_number(std::sqrt(std::max(own.sum(), 0.0)), 2), record.input_units[input], goal);
   return next;
 }
 

@@ -261,6 +261,7 @@ Strain strain_of(const Problem& problem, const Hypothesis& h) {
   Strain strain;
   const Index heldout = problem.measured.size() - problem.fitted(problem.measured).size();
   strain.heldout_chi_square = (whole.chi_square() - fitted) / std::max<Index>(heldout, 1);
+  strain.heldout_misfit = 0.5 * std::max(0.0, whole.chi_square() - fitted - 1.0 * heldout);
   const VectorXd off = whole.mean().cwiseQuotient(form.prior_std).cwiseAbs();
   strain.freedom = off.tail(off.size() - problem.columns.cols()).maxCoeff();
   for (Index i = 0; i < problem.around.size(); ++i) {
@@ -272,7 +273,7 @@ Strain strain_of(const Problem& problem, const Hypothesis& h) {
   return strain;
 }
 
-double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {
+UnknownEvidence evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {
   const VectorXd size = h.value - problem.nominal(h.members), predicted = h.predicted - h.sensitivity * size;
   VectorXd prior_std = problem.prior_std;
   MatrixXd columns = problem.columns;
@@ -282,8 +283,7 @@ double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {
   }
   const Freedom free = freedom(problem, h.members, h.sensitivity, h.spread, size);
   return unknown_evidence(problem, joined(columns, free.columns), joined(prior_std, free.std),
-                          problem.measured - predicted, seen_in(problem, problem.predicted), {0.3, 0.6, 1.2})
-      .with;
+                          problem.measured - predicted, seen_in(problem, problem.predicted), {0.3, 0.6, 1.2});
 }
 
 VectorXd white_residual(const Problem& problem, const Hypothesis& hypothesis) {

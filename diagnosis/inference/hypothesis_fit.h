@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/unknown_cause.h"
 #include "diagnosis/response/problem.h"
 
 namespace thermotwin::diagnosis {
@@ -73,6 +74,7 @@ struct Strain {
   /// Of a mean of the held-out part as foretold, all else as the fitted part leaves it, uncertain as it then is: about
   /// 1 where the hypothesis is right, less where errors are smaller than allowed for.
   double heldout_chi_square = 0;
+  double heldout_misfit = 0;  ///< by how many nats these means are further off than expected
   double freedom =
       0;  ///< most of what its own size wanders, its heat spreads or its lag delays, expected standard deviations
   double other = 0;  ///< most that another parameter is off, stated standard deviations
@@ -82,8 +84,8 @@ struct Strain {
 Strain strain_of(const Problem& problem, const Hypothesis& h);
 
 /// Log evidence, with the whitening's determinant, of a refined hypothesis beside something unknown, which wanders by a
-/// share of what was seen without it.
-double evidence_beside_unknown(const Problem& problem, const Hypothesis& h);
+/// share of what was seen without it; the channel is that where one alone is off.
+UnknownEvidence evidence_beside_unknown(const Problem& problem, const Hypothesis& h);
 
 /// Whitened residual of the fitted part under a hypothesis, nuisances at their posterior mean.
 Eigen::VectorXd white_residual(const Problem& problem, const Hypothesis& hypothesis);

@@ -82,11 +82,14 @@ std::vector<compensation::MeasuredChannel> recorded_channels(Records records) {
   return channels;
 }
 
-/// Measured speeds, powers and states that change, and the machine being on: what runs all the time. Those that change
+/// Measured speeds, powers and states that change, and the machine being on: what runs while it is. Those that change
 /// alike are one: each of them alone would have to share its probability with the others.
 std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels, Records records,
                                       const Observations& obs) {
-  std::vector<Followed> found{{"machine.on", 1, 1, VectorXd::Ones(obs.rows.rows()), {}}};
+  const int machine_on = channels.index("machine.on");
+  VectorXd on(obs.rows.rows());
+  for (Index s = 0; s < on.size(); ++s) on[s] = magnitude(obs, machine_on, s);
+  std::vector<Followed> found{{"machine.on", 1, 1, on, {}}};
   for (const compensation::MeasuredChannel& measured : recorded_channels(records)) {
     using compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);

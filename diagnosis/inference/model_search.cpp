@@ -265,8 +265,12 @@ std::vector<Hypothesis> compared(const Search& of, const std::vector<int>& candi
   return all;
 }
 
-/// A hypothesis with something unknown beside it, and the log of its posterior weight.
-using Leftover = std::pair<const Hypothesis*, double>;
+/// A hypothesis with something unknown beside it.
+struct Leftover {
+  const Hypothesis* hypothesis;
+  double log_weight;  ///< of its posterior
+  int channel;        ///< that the unknown is in; -1: several
+};
 
 /// Whether the best single cause and the best pair leave what they do not describe.
 std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesis>& all, double log_without) {
@@ -274,8 +278,9 @@ std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesi
   for (const std::size_t members : {1, 2}) {
     for (const Hypothesis& h : all) {
       if (h.members.size() == members && h.refined) {
-        const double log = evidence_beside_unknown(of.problem, h) - log_without;
-        leftovers.emplace_back(&h, std::log(of.options.prior_leftover) + h.log_prior + of.options.evidence_share * log);
+        const UnknownEvidence beside = evidence_beside_unknown(of.problem, h);
+        const double log = of.options.evidence_share * (beside.with - log_without);
+        leftovers.push_back({&h, std::log(of.options.prior_leftover) + h.log_prior + log, beside.channel});
         break;
       }
     }
@@ -285,30 +290,21 @@ std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesi
 
 /// Weights to probabilities: of every hypothesis, of none and unknown, and of every parameter to be in the model.
 void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResult& result) {
-  std::vector<double> logs = {std::log(of.options.prior_unknown) + result.log_evidence_unknown};
-  for (const Hypothesis& h : result.hypotheses) logs.push_back(h.log_prior + h.log_evidence);
-  for (const auto& [h, log] : leftovers) logs.push_back(log);
-  const double normal = result.log_normal = log_sum(logs);
-  result.probability_unknown = std::exp(logs[0] - normal);
-  result.probability_leftover = 0.0;
+  std::vector<double> listed, with = {std::log(of.options.prior_unknown) + result.log_evidence_unknown};
+  for (const Hypothesis& h : result.hypotheses) listed.push_back(h.log_prior + h.log_evidence);
+  result.beside_channel = -1;
+  double most = with.front();
+  for (const Leftover& leftover : leftovers) {
+    with.push_back(leftover.log_weight);
+    if (leftover.log_weight <= most) continue;
+    most = leftover.log_weight;
+    result.beside_channel = leftover.channel;
+  }
+  const double of_listed = log_sum(listed), of_unknown = log_sum(with);
+  result.log_normal = log_sum({of_listed, of_unknown});
+  result.log_odds_unknown = of_unknown - of_listed;
   result.marginal = VectorXd::Zero(std::ssize(of.problem.parameters));
-  double most_beside = 0.0;
-  for (const auto& [h, log] : leftovers) {
-    const double probability = std::exp(log - normal);
-    if (probability > most_beside) {
-      most_beside = probability;
-      result.log_evidence_beside = h->log_evidence;
-    }
-    result.probability_leftover += probability;
-    for (const int i : h->members) result.marginal[i] += probability;
-  }
-  result.probability_unknown += result.probability_leftover;
-  for (Hypothesis& h : result.hypotheses) {
-    h.probability = std::exp(h.log_prior + h.log_evidence - normal);
-    if (h.members.empty()) result.probability_none = h.probability;
-    for (const int i : h.members) result.marginal[i] += h.probability;
-  }
-  result.marginal = result.marginal.cwiseMin(1.0);  // sums of many small numbers round
+  share_probability(result, of.options);
 }
 
 Stretch stretch_of(const Problem& problem, const LinearEvidence& none) {
@@ -346,8 +342,8 @@ bool compare_on_equal_terms(const Search& of, std::vector<Leftover>& leftovers, 
   const auto holds = [&](const Hypothesis& h) {
     return std::find(h.members.begin(), h.members.end(), which) != h.members.end();
   };
-  for (auto& [h, log] : leftovers)
-    if (holds(*h)) log += more;
+  for (Leftover& leftover : leftovers)
+    if (holds(*leftover.hypothesis)) leftover.log_weight += more;
   for (Hypothesis& h : result.hypotheses)
     if (holds(h)) h.log_evidence += more;
   return true;
@@ -389,6 +385,45 @@ void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOp
   std::stable_sort(laws.begin(), laws.end(),
                    [](const ChangingLaw& a, const ChangingLaw& b) { return a.probability > b.probability; });
   found.laws = std::move(laws);
+}
+
+void share_probability(SearchResult& found, const SearchOptions& options) {
+  const double unknown = 1.0 / (1.0 + std::exp(-found.log_odds_unknown));
+  const double of_unknown = found.log_odds_unknown - std::log(options.prior_leftover);
+  found.misfit = std::max({0.0, found.beside_channel < 0 ? of_unknown : 0.0, found.raised_misfit});
+  const double weight = 1.0 / (1.0 + found.misfit);
+  double laws = 0.0;
+  for (const ChangingLaw& law : found.laws) laws += law.probability;
+  std::vector<double> plain, coarse;
+  for (const Hypothesis& h : found.hypotheses) {
+    plain.push_back(h.log_prior + h.log_evidence);
+    coarse.push_back(h.log_prior + weight * h.log_evidence);
+  }
+  const double all_plain = log_sum(plain), all_coarse = log_sum(coarse);
+  found.probability_unknown = (1.0 - laws) * unknown;
+  found.probability_leftover = 0.0;
+  found.marginal.setZero();
+  double most_beside = 0.0;
+  for (std::size_t i = 0; i < found.hypotheses.size(); ++i) {
+    Hypothesis& h = found.hypotheses[i];
+    const double beside = found.probability_unknown * std::exp(coarse[i] - all_coarse);
+    h.probability = (1.0 - laws) * (1.0 - unknown) * std::exp(plain[i] - all_plain);
+    for (const int member : h.members) found.marginal[member] += h.probability + beside;
+    if (h.members.empty()) {
+      found.probability_none = h.probability;
+      continue;
+    }
+    found.probability_leftover += beside;
+    if (beside > most_beside) most_beside = beside, found.log_evidence_beside = h.log_evidence;
+  }
+  found.marginal = found.marginal.cwiseMin(1.0);  // sums of many small numbers round
+}
+
+void raise_misfit(SearchResult& found, double misfit, const SearchOptions& options) {
+  if (!(misfit > found.misfit)) return;
+  found.raised_misfit = misfit;
+  found.log_odds_unknown = std::max(found.log_odds_unknown, misfit + std::log(options.prior_leftover));
+  share_probability(found, options);
 }
 
 const Hypothesis* SearchResult::single(int parameter) const {

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "diagnosis/inference/hypothesis_fit.h"
@@ -59,13 +60,20 @@ struct SearchResult {
   double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
   double probability_leftover = 0;  ///< of a cause with something unknown beside it; part of unknown's
   double log_evidence_beside = 0;   ///< of the most probable of these causes or pairs, without the unknown
-  std::vector<ChangingLaw> laws;    ///< most probable first
-  double log_normal = 0;            ///< of the sum of prior times evidence of all but the laws
-  int unknown_channel = -1;         ///< the one that something unknown is best seen in; -1: several
-  std::vector<int> invisible;       ///< parameters that this measurement cannot show
-  double chi_square_none = 0;       ///< of the fitted part, no cause
-  Eigen::Index fitted = 0;          ///< its degrees of freedom
-  Stretch stretch;                  ///< of the machine as stated
+  /// ln odds of something unknown, alone or beside causes, against all listed hypotheses without it.
+  double log_odds_unknown = -std::numeric_limits<double>::infinity();
+  /// Where the best cause or pair leaves one channel alone to something unknown, that one; -1: several, or none.
+  int beside_channel = -1;
+  double raised_misfit = 0;  ///< found after the search
+  /// ln Bayes factor of something unknown in several channels against these hypotheses; 0: they are as good.
+  double misfit = 0;
+  std::vector<ChangingLaw> laws;  ///< most probable first
+  double log_normal = 0;          ///< of the sum of prior times evidence of all but the laws
+  int unknown_channel = -1;       ///< the one that something unknown is best seen in; -1: several
+  std::vector<int> invisible;     ///< parameters that this measurement cannot show
+  double chi_square_none = 0;     ///< of the fitted part, no cause
+  Eigen::Index fitted = 0;        ///< its degrees of freedom
+  Stretch stretch;                ///< of the machine as stated
 
   /// The hypothesis of this single cause; nullptr if it is invisible.
   const Hypothesis* single(int parameter) const;
@@ -73,6 +81,15 @@ struct SearchResult {
 
 /// Laws compete with what was found: all probabilities are less by theirs.
 void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOptions& options = {});
+
+/// Shares the probability between all hypotheses, none and something unknown by `log_odds_unknown`. Where something
+/// unknown acts in several channels, the listed hypotheses are wrong by `misfit`, and what they gain counts
+/// 1 / (1 + misfit): the coarsened posterior of Miller and Dunson, doi:10.1080/01621459.2018.1469995. A channel that is
+/// off alone leaves what the others say.
+void share_probability(SearchResult& found, const SearchOptions& options = {});
+
+/// The same where the best hypothesis turned out to be wrong by so many nats, if that is more than was known.
+void raise_misfit(SearchResult& found, double misfit, const SearchOptions& options = {});
 
 SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
                     const SearchOptions& options = {});

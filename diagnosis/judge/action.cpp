@@ -67,8 +67,8 @@ std::string film_action(const RankedCause& cause, const mesh::Machine& machine) 
     return fmt::format("Check paint, polish and covers of {}: its emissivity is {:.2g} times as stated.", where,
                        cause.value);
   if (p.kind == Kind::radiation_load)
-    return fmt::format("Look for sun, a heater or a cold wall facing {}: about {:.3g} W/m2 arrive there.", where,
-                       cause.value);
+    return fmt::format("Look for sun, a heater or a cold wall facing {}: about {} W/m2 arrive there.", where,
+                       core::plain_number(cause.value, 3));
   if (p.kind == Kind::film_speed_law) {
     return fmt::format("Check the air flow at {}: the speed-dependent part of the film is {:.2g} times as stated.",
                        where, cause.value);
@@ -204,11 +204,11 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model) {
   const Parameter& p = cause.parameter;
   if (p.missing) {
-    const std::string action = fmt::format(
-        "Look at {}: about {:.2g} W {} there {}.", place_in_words(p.missing->body, p.missing->centre, model),
-        std::abs(cause.value), cause.value < 0 ? "leave" : "enter",
-        p.missing->daily ? in_words(*p.missing->daily) + " (sun, heating, a shift, a neighbour)"
-                         : "in proportion to " + p.missing->follows);
+    const std::string action =
+        fmt::format("Look at {}: about {} W {} there {}.", place_in_words(p.missing->body, p.missing->centre, model),
+                    core::plain_number(std::abs(cause.value), 2), cause.value < 0 ? "leave" : "enter",
+                    p.missing->daily ? in_words(*p.missing->daily) + " (sun, heating, a shift, a neighbour)"
+                                     : "in proportion to " + p.missing->follows);
     if (p.missing->alike.empty()) return action;
     return action + fmt::format(
                         " In this record {} changed with it, so each of them may be the one that heats: run them "
@@ -248,10 +248,26 @@ std::string law_action(const std::string& where, const mesh::Machine& machine) {
       where);
 }
 
+/// Where something unknown is seen best.
+std::string unknown_action(const Diagnosis& diagnosis) {
+  const auto furthest = std::max_element(diagnosis.analysis.begin(), diagnosis.analysis.end(),
+                                         [](const auto& a, const auto& b) { return a.ratio < b.ratio; });
+  if (furthest == diagnosis.analysis.end()) return "";
+  return fmt::format(
+      "Begin with what no kind describes: {} is {:.1f} times as far off as expected{}. A second sensor or probe beside "
+      "it tells whether the machine or the reading is off.",
+      furthest->id, furthest->ratio, furthest->follows.empty() ? "" : " and follows " + furthest->follows);
+}
+
 }  // namespace
 
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model) {
   std::vector<std::string> actions;
+  const bool unknown_leads =
+      diagnosis.verdict == Verdict::unexplained || (diagnosis.causes.empty() && !diagnosis.ambiguous_set.empty() &&
+                                                    diagnosis.ambiguous_set.front().parameter.kind == Kind::unknown);
+  if (unknown_leads) actions.push_back(unknown_action(diagnosis));
+  if (!actions.empty() && actions.front().empty()) actions.clear();
   for (const RankedCause& cause : diagnosis.causes) actions.push_back(action_of(cause, model));
   for (const RankedCause& cause : diagnosis.ambiguous_set)
     if (cause.parameter.kind == Kind::other_law) actions.push_back(law_action(cause.parameter.where, model.machine));

@@ -31,6 +31,7 @@ constexpr double within_nominal = 3.0;       ///< stated standard deviations tha
 constexpr double likely =
     0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
+constexpr double least_beside_unknown = 0.05;
 
 constexpr std::size_t most_explanations = 8;
 constexpr double least_shown = 0.02;
@@ -53,7 +54,9 @@ RankedCause ranked(const Problem& problem, const SearchResult& found, int parame
     const auto at = std::find(h.members.begin(), h.members.end(), parameter);
     if (at == h.members.end()) continue;
     const Index k = at - h.members.begin();
-    cause.std = h.std[k];
+    // Where something unknown acts, an estimate is wrong by more than its own deviation.
+    const double widened = h.std[k] * std::sqrt(1.0 + found.probability_unknown * found.misfit);
+    cause.std = std::max(h.std[k], std::min(widened, cause.parameter.cause_std));
     cause.value = rounded(h.value[k], cause.std);
     break;
   }
@@ -204,7 +207,8 @@ void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchR
         (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
     }
     out.ambiguous_set.push_back(something_unknown(found));
-  } else if (found.probability_unknown < set_holds && leading >= 1.0 - set_holds && leading < sure) {
+  } else if (found.probability_unknown - found.probability_leftover < set_holds && leading >= 1.0 - set_holds &&
+             leading < sure) {
     out.verdict = Verdict::ambiguous;
     out.ambiguous_set = sharing(causes, found);
   }
@@ -403,15 +407,52 @@ void leave_open(const std::string& reason, Diagnosis& out) {
   out.causes.resize(1);
 }
 
+void relist(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  Diagnosis again;
+  const std::vector<RankedCause> causes = rank(problem, found, again);
+  out.ranking = std::move(again.ranking);
+  out.explanations = std::move(again.explanations);
+  const auto renew = [&](RankedCause& listed) {
+    const Parameter& p = listed.parameter;
+    double of_place = 0.0;  // of a law that of all that may be wrong there
+    for (const RankedCause& cause : out.ranking) {
+      if (p.kind == Kind::other_law && cause.parameter.where == p.where && !cause.parameter.name.empty())
+        of_place += cause.probability;
+      if (cause.parameter.kind != p.kind || cause.parameter.where != p.where || cause.parameter.missing != p.missing)
+        continue;
+      listed.probability = cause.probability;
+      listed.std = cause.std;
+      listed.value = cause.value;
+    }
+    if (p.kind == Kind::other_law) listed.probability = std::min(listed.probability, of_place);
+  };
+  for (RankedCause& cause : out.causes) renew(cause);
+  for (RankedCause& cause : out.ambiguous_set) renew(cause);
+  if (std::any_of(out.causes.begin(), out.causes.end(), [](const RankedCause& c) { return c.probability < sure; })) {
+    out.ambiguous_set.insert(out.ambiguous_set.begin(), out.causes.begin(), out.causes.end());
+    out.causes.clear();
+    for (const RankedCause& cause : causes) {
+      const bool listed = std::any_of(out.ambiguous_set.begin(), out.ambiguous_set.end(), [&](const RankedCause& c) {
+        return c.parameter.kind == cause.parameter.kind && c.parameter.where == cause.parameter.where;
+      });
+      if (!listed && cause.probability >= least_beside_unknown && outside_nominal(cause))
+        out.ambiguous_set.push_back(cause);
+    }
+  }
+  std::stable_sort(out.ambiguous_set.begin(), out.ambiguous_set.end(),
+                   [](const RankedCause& a, const RankedCause& b) { return a.probability > b.probability; });
+  std::erase_if(out.ambiguous_set,
+                [&](const RankedCause& c) { return !c.parameter.name.empty() && c.probability < least_in_set; });
+}
+
 std::string uncertain_size(const Diagnosis& d) {
   for (const RankedCause& cause : d.causes) {
     const double off = cause.value - cause.parameter.nominal;
     if (std::abs(off) > certain * cause.std) continue;
     const std::string unit = cause.parameter.unit == "1" ? "" : " " + cause.parameter.unit;
-    return fmt::format(
-        "the {} of {} deviates by {:.3g}{} from nominal, less than two of its standard deviations of "
-        "{:.2g}{}",
-        cause.parameter.name, name_of(cause.parameter), off, unit, cause.std, unit);
+    return fmt::format("the {} of {} deviates by {}{} from nominal, less than two of its standard deviations of {}{}",
+                       cause.parameter.name, name_of(cause.parameter), core::plain_number(off, 3), unit,
+                       core::plain_number(cause.std, 2), unit);
   }
   return "";
 }

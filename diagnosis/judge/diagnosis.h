@@ -99,6 +99,7 @@ struct Diagnosis {
       0;  ///< of a channel's own change that the mesh hides; 0: what the mesh leaves open is no more than
           ///< the record itself does
   std::string open_because;  ///< of a cause and the machine as stated: why neither is named; empty: other reasons
+  std::string nearest;       ///< beside something unknown: what comes nearest of all that is listed; empty: nothing
   std::string strained;      ///< why the named causes alone are implausible; empty: they are not
   /// The named causes foretell held-out data as well as expected beside fitted values of what else is uncertain: those
   /// values, each within its uncertainty, had hidden a part of the causes, and correcting the causes alone worsens.

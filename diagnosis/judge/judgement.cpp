@@ -26,8 +26,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double bootstrap_block_s = 2.0 * core::units::hour;
-constexpr double surely_worse = -0.5;  ///< percent: upper end of a gain's interval
-constexpr double much_worse = 1.5;     ///< RMS after over before: a wrong cause, not one that wanders
+constexpr double surely_worse = -0.5;   ///< percent: upper end of a gain's interval
+constexpr double least_removed = 0.05;  ///< of a mean square: less is nothing
+constexpr double much_worse = 1.5;      ///< RMS after over before: a wrong cause, not one that wanders
 
 /// Held-out sums of squares per interval of the channels that a rule picks.
 struct Squares {
@@ -146,6 +147,34 @@ double heldout_explained_percent(const Problem& problem, const VectorXd& predict
     after += ((problem.measured - predicted).segment(first, n).array() * weight).square().sum();
   }
   return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
+}
+
+double heldout_misfit(const Problem& problem, const Hypothesis& h, int unknown_channel) {
+  const bool readings_only = std::all_of(h.members.begin(), h.members.end(),
+                                         [&](int i) { return acts_on_readings(problem.parameters[i].kind); });
+  const auto counts = [&](const ObservedChannel& channel) {
+    return !readings_only || std::any_of(h.members.begin(), h.members.end(),
+                                         [&](int i) { return channel.is_called(problem.parameters[i].where); });
+  };
+  double before = 0.0, after = 0.0, change = 0.0, change_fitted = 0.0, heldout = 0.0, fitted = 0.0;
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    if (!counts(channel) || std::cmp_equal(k, unknown_channel)) continue;
+    const Index first = problem.first_row(k), n = channel.size(), late = n - channel.fitted;
+    const Eigen::ArrayXd weight = problem.expected_std.segment(first, n).array().inverse();
+    const Eigen::ArrayXd off = (problem.measured - problem.predicted).segment(first, n).array() * weight;
+    const Eigen::ArrayXd moved = (h.predicted - problem.predicted).segment(first, n).array() * weight;
+    before += off.tail(late).square().sum();
+    after += (off - moved).tail(late).square().sum();
+    change += moved.tail(late).square().sum();
+    change_fitted += moved.head(channel.fitted).square().sum();
+    heldout += 1.0 * late;
+    fitted += 1.0 * channel.fitted;
+  }
+  if (!(heldout > 0.0) || change / heldout < shows_little * shows_little * change_fitted / std::max(fitted, 1.0))
+    return 0.0;
+  const double share = std::max(least_removed, 1.0 - after / before);
+  return std::max(0.0, h.log_evidence) * (1.0 - share) / share;
 }
 
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {

@@ -12,6 +12,12 @@ namespace thermotwin::diagnosis {
 ///   prediction removes on held-out data, percent; negative if it worsens the residual
 double heldout_explained_percent(const Problem& problem, const Eigen::VectorXd& predicted);
 
+/// By how many nats a cause that stands beside something unknown is wrong, as held-out data say: if the correction
+/// removes a share s of their residual's mean square, what is left is worth (1 - s) / s of what the cause gained.
+/// @param h  refined   @param unknown_channel  that something unknown is in alone, which says nothing here; -1: several
+/// @return 0 if these data hardly show what it changes
+double heldout_misfit(const Problem& problem, const Hypothesis& h, int unknown_channel);
+
 /// Fills residuals, series and the gain. @param best  hypothesis with its prediction
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 
@@ -19,6 +25,8 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 ///   factor of 1.5 with 95 % confidence and do not predict these data (heldout_chi_square); else an empty text
 std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 
+inline constexpr double shows_little =
+    0.25;  ///< of the fitted data's share: held-out data with less cannot judge a gain
 inline constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
 
 /// @return why held-out data speak against the correction: it surely worsens the displacements, or takes a channel

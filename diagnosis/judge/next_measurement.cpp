@@ -191,7 +191,13 @@ std::vector<Rival> rivals_of(const Diagnosis& diagnosis) {
   if (!diagnosis.causes.empty()) rivals.push_back({diagnosis.causes, diagnosis.causes.front().probability});
   for (const RankedCause& cause : diagnosis.ambiguous_set) add(cause);
   if (rivals.empty()) {
-    for (const RankedCause& cause : diagnosis.ranking)
+    std::vector<RankedCause> best = diagnosis.ranking;
+    // Beside something unknown the probabilities are hardly more than priors.
+    if (diagnosis.verdict == Verdict::unexplained) {
+      std::stable_sort(best.begin(), best.end(),
+                       [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
+    }
+    for (const RankedCause& cause : best)
       if (rivals.size() < 2) add(cause);
   }
   double others = 0.0;

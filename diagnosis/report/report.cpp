@@ -39,11 +39,7 @@ std::string display_unit(const std::string& unit) { return unit == "1" ? "" : co
 /// Residuals of temperatures are differences.
 std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : display_unit(unit); }
 
-/// Two significant digits, never with an exponent above zero.
-std::string two_digits(double value) {
-  const std::string text = fmt::format("{:.2g}", value);
-  return text.find("e+") == std::string::npos ? text : fmt::format("{:.0f}", std::stod(text));
-}
+std::string two_digits(double value) { return core::plain_number(value, 2); }
 
 /// What a page calls its model and what it expects of a residual.
 struct Wording {
@@ -64,8 +60,8 @@ Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string estimate(const RankedCause& cause) {
   const std::string unit = display_unit(cause.parameter.unit);
-  return fmt::format("{} {:.4g} ± {}{}{}", core::xml_text(cause.parameter.name), cause.value, two_digits(cause.std),
-                     unit.empty() ? "" : " ", unit);
+  return fmt::format("{} {} ± {}{}{}", core::xml_text(cause.parameter.name), core::plain_number(cause.value, 4),
+                     two_digits(cause.std), unit.empty() ? "" : " ", unit);
 }
 
 std::string bar(double p) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <set>
 
 #include "core/base64.h"
@@ -24,16 +25,20 @@ using Eigen::Index;
 namespace {
 
 constexpr Index most_triangles = 100'000;
+// One for each cause, in its order; more causes than colours begin anew.
+constexpr const char* colours[] = {"#e8622c", "#2f7fd0", "#2e9e5b", "#9a52c7",
+                                   "#c9a227", "#d6448f", "#17a2a2", "#8a5a33"};
 
 /// What of the machine a cause is about.
 struct Where {
   std::set<std::string> surfaces, bodies, points;
 };
 
-void add_joint(const mesh::JointSpec& joint, Where& where) {
-  for (const std::string& surface : {joint.slave, joint.master})
-    if (!surface.empty()) where.surfaces.insert(surface);
-}
+/// The number of a cause in the picture; 0 is none.
+unsigned char mark_of(std::size_t cause) { return cause % std::size(colours) + 1; }
+
+/// The slave's side, which lies on the other one: joints may share a master that is larger than what they touch.
+void add_joint(const mesh::JointSpec& joint, Where& where) { where.surfaces.insert(joint.slave); }
 
 void add_places(const mesh::Machine& machine, const mesh::SourceSpec& source, Where& where) {
   for (const mesh::SourcePlace& place : source.places) {
@@ -98,6 +103,44 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
   return where;
 }
 
+/// Triangles of a body that a cause is about get its number, those that have one already keep it.
+void mark(const mesh::MachineMesh& mesh, int b, const Where& where, unsigned char number, Scene::Body& body) {
+  const auto give = [&](unsigned char& triangle) { triangle = triangle == 0 ? number : triangle; };
+  if (where.bodies.contains(body.id))
+    for (unsigned char& triangle : body.marked) give(triangle);
+  for (std::size_t s = 0; s < mesh.machine.surfaces.size(); ++s) {
+    const mesh::SurfaceSpec& surface = mesh.machine.surfaces[s];
+    if (mesh.machine.body_index(surface.body) != b || !where.surfaces.contains(surface.id)) continue;
+    for (const int face : mesh.surfaces[s]) give(body.marked[face]);
+  }
+}
+
+Scene::Body body_of(const mesh::MachineMesh& mesh, int b, const std::vector<Where>& places) {
+  const mesh::TetMesh& tets = mesh.bodies[b];
+  Scene::Body body;
+  body.id = mesh.machine.bodies[b].id;
+  body.marked.assign(tets.face_count(), 0);
+  for (std::size_t k = 0; k < places.size(); ++k) mark(mesh, b, places[k], mark_of(k), body);
+  // Only nodes of the boundary.
+  std::vector<int> number(tets.nodes(), -1);
+  std::vector<int> kept;
+  body.triangles = tets.faces;
+  for (int& node : body.triangles.reshaped()) {
+    int& n = number[node];
+    if (n < 0) n = std::ssize(kept), kept.push_back(node);
+    node = n;
+  }
+  body.points = tets.points(Eigen::all, kept).cast<float>();
+  return body;
+}
+
+/// The number of the first cause that a point belongs to, 0 of none.
+unsigned char mark_of_point(const std::string& id, const std::vector<Where>& places) {
+  for (std::size_t k = 0; k < places.size(); ++k)
+    if (places[k].points.contains(id)) return mark_of(k);
+  return 0;
+}
+
 }  // namespace
 
 Index Scene::triangles() const {
@@ -109,41 +152,19 @@ Index Scene::triangles() const {
 Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& causes) {
   const mesh::Machine& machine = mesh.machine;
   Scene scene;
-  Where all;
+  std::vector<Where> places;
   for (const Parameter& cause : causes) {
-    const Where where = where_of(machine, cause);
-    all.surfaces.insert(where.surfaces.begin(), where.surfaces.end());
-    all.bodies.insert(where.bodies.begin(), where.bodies.end());
-    all.points.insert(where.points.begin(), where.points.end());
-    scene.legend.push_back(name_of(cause));
-    if (cause.missing) scene.points.push_back({"unknown source", cause.missing->centre.cast<float>(), true});
+    const unsigned char number = mark_of(places.size());
+    places.push_back(where_of(machine, cause));
+    scene.legend.push_back({name_of(cause), colours[number - 1]});
+    if (cause.missing) scene.points.push_back({"unknown source", cause.missing->centre.cast<float>(), number});
   }
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    const mesh::TetMesh& tets = mesh.bodies[b];
-    Scene::Body body;
-    body.id = machine.bodies[b].id;
-    body.marked.assign(tets.face_count(), all.bodies.count(body.id) > 0);
-    for (std::size_t s = 0; s < machine.surfaces.size(); ++s) {
-      if (machine.surfaces[s].body == body.id && all.surfaces.count(machine.surfaces[s].id))
-        for (const int face : mesh.surfaces[s]) body.marked[face] = 1;
-    }
-    // Only nodes of the boundary.
-    std::vector<int> number(tets.nodes(), -1);
-    std::vector<int> kept;
-    body.triangles = tets.faces;
-    for (int& node : body.triangles.reshaped()) {
-      int& n = number[node];
-      if (n < 0) n = std::ssize(kept), kept.push_back(node);
-      node = n;
-    }
-    body.points = tets.points(Eigen::all, kept).cast<float>();
-    scene.bodies.push_back(std::move(body));
-  }
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) scene.bodies.push_back(body_of(mesh, b, places));
   for (const mesh::SensorSpec& sensor : machine.sensors) {
     if (!sensor.body.empty())
-      scene.points.push_back({sensor.id, sensor.point.cast<float>(), all.points.count(sensor.id) > 0});
+      scene.points.push_back({sensor.id, sensor.point.cast<float>(), mark_of_point(sensor.id, places)});
   }
-  scene.points.push_back({"tool", machine.tcp.tool_point.cast<float>(), all.points.count("tool") > 0});
+  scene.points.push_back({"tool", machine.tcp.tool_point.cast<float>(), mark_of_point("tool", places)});
   return scene;
 }
 
@@ -165,10 +186,9 @@ std::string scene_html(const Scene& scene) {
         core::put_bytes<std::uint16_t>(points, std::lround(65535.0F * (body.points(c, n) - low[c]) / size));
     }
     for (Index t = 0; t < body.triangles.cols(); ++t) {
-      const bool marked = body.marked[t] != 0;
-      if (!marked && t % stride != 0) continue;
+      if (body.marked[t] == 0 && t % stride != 0) continue;
       for (int c = 0; c < 3; ++c) core::put_bytes<std::uint32_t>(triangles, first + body.triangles(c, t));
-      marks.push_back(marked ? 1 : 0);
+      marks.push_back(body.marked[t]);
     }
     first += body.points.cols();
   }
@@ -176,21 +196,24 @@ std::string scene_html(const Scene& scene) {
   for (const Scene::Point& p : scene.points) {
     const Eigen::Vector3f at = (p.at - low) / size;
     dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},{},{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(),
-                        core::json_text(p.label), p.marked ? 1 : 0);
+                        core::json_text(p.label), p.marked);
   }
   const Eigen::Vector3f extent = (high - low) / size;
   std::string legend;
-  for (const std::string& words : scene.legend)
-    legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
+  for (const Scene::Entry& entry : scene.legend) {
+    legend += fmt::format("<span><i class=\"m\" style=\"background:{}\"></i>{}</span>", entry.colour,
+                          core::xml_text(entry.words));
+  }
   if (legend.empty()) legend = "<span>" + core::xml_text(scene.unmarked) + "</span>";
   return "<h2>Where</h2>\n<section class=\"card\"><div class=\"legend\">" + legend +
          "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" "
          "height=\"560\"></canvas></section>\n"
          "<script type=\"application/json\" id=\"scene\">{" +
          fmt::format(
-             "\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]",
+             "\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}],"
+             "\"colours\":[\"{}\"]",
              extent.x(), extent.y(), extent.z(), core::base64(points), core::base64(triangles), core::base64(marks),
-             dots) +
+             dots, fmt::join(colours, "\",\"")) +
          "}</script>\n<script>" + core::view_script + scene_script + "</script>\n";
 }
 

@@ -18,31 +18,35 @@ namespace thermotwin::diagnosis {
 struct Scene {
   struct Body {
     std::string id;
-    Eigen::Matrix3Xf points;     ///< m, home frame
-    Eigen::Matrix3Xi triangles;  ///< outward
-    std::vector<char> marked;    ///< (triangles) a cause acts there
+    Eigen::Matrix3Xf points;            ///< m, home frame
+    Eigen::Matrix3Xi triangles;         ///< outward
+    std::vector<unsigned char> marked;  ///< (triangles) number of the cause that acts there, from 1; 0: none
   };
   struct Point {
     std::string label;
-    Eigen::Vector3f at;  ///< m
-    bool marked = false;
+    Eigen::Vector3f at;        ///< m
+    unsigned char marked = 0;  ///< number of a cause; 0: none
+  };
+  struct Entry {
+    std::string words, colour;  ///< "#e8622c"
   };
   std::vector<Body> bodies;
   std::vector<Point> points;                                         ///< sensors, the tool's point
-  std::vector<std::string> legend;                                   ///< what is marked, in words
+  std::vector<Entry> legend;                                         ///< what is marked
   std::string unmarked = "no cause is named, so nothing is marked";  ///< in place of a legend without entries
 
   bool empty() const { return bodies.empty(); }
   Eigen::Index triangles() const;
 };
 
-/// @param causes  what is marked: surfaces of sources, films, joints and coolants, whole bodies, sensors
+/// @param causes  what is marked, each in its colour: surfaces of sources, films and coolants, the slave's surface of
+///   joints, whole bodies, sensors. Where two meet, the first is shown
 Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& causes);
 
 /// A section of a page; empty for an empty scene. At most 2 MB: larger meshes lose triangles that are not marked.
 std::string scene_html(const Scene& scene);
 
-/// The causes that a scene marks: those named, else those that share.
+/// The causes that a scene marks: those named, else those that share, without those of a probability below 0.05.
 std::vector<Parameter> marked_causes(const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

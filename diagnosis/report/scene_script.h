@@ -15,6 +15,7 @@ inline const char* const scene_script = R"JS(
   const count = marks.length, nodes = points.length / 3, centre = scene.extent.map(e => e / 2);
   const seen = new Float32Array(3 * nodes), depth = new Float32Array(count), order = new Uint32Array(count);
   const view = sceneView(canvas, -0.9, 0.45, draw);
+  const causes = scene.colours.map(c => [1, 3, 5].map(i => parseInt(c.slice(i, i + 2), 16)));
   let drawn = 0;
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -77,23 +78,38 @@ inline const char* const scene_script = R"JS(
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]],
         length = Math.hypot(...n) || 1;
       const light = Math.round(95 + 115 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length));
-      fill(t, marks[t] ? "rgb(" + Math.round(light * 1.15) + "," + Math.round(light * 0.5) + "," +
-        Math.round(light * 0.22) + ")"
+      fill(t, marks[t] ? "rgb(" + causes[marks[t] - 1].map(c => Math.min(255, Math.round(light * c / 200))) + ")"
                        : "rgb(" + light + "," + (light + 4) + "," + (light + 10) + ")");
     }
     // Causes are often inside: they shine through, from either side.
     context.globalAlpha = 0.3;
-    for (let t = 0; t < count; ++t) if (marks[t]) fill(t, "#e8622c");
+    for (let t = 0; t < count; ++t) if (marks[t]) fill(t, scene.colours[marks[t] - 1]);
     context.globalAlpha = 1;
     context.font = "13px system-ui,sans-serif"; context.lineJoin = "round";
-    for (const [x, y, z, label, marked] of scene.dots) {
-      const p = project(x, y, z);
-      context.fillStyle = marked ? "#e8622c" : colour("--point");
-      context.strokeStyle = colour("--card"); context.lineWidth = 3.5;
-      context.beginPath(); context.arc(p[0], p[1], marked ? 7 : 3.5, 0, 2 * Math.PI); context.stroke(); context.fill();
-      context.fillStyle = colour("--ink");
-      context.strokeText(label, p[0] + 9, p[1] + 4); context.fillText(label, p[0] + 9, p[1] + 4);
+    const dots = scene.dots.map(([x, y, z, label, marked]) => ({ at: project(x, y, z), label, marked }));
+    context.strokeStyle = colour("--card"); context.lineWidth = 3.5;
+    for (const { at, marked } of dots) {
+      context.fillStyle = marked ? scene.colours[marked - 1] : colour("--point");
+      context.beginPath(); context.arc(at[0], at[1], marked ? 7 : 3.5, 0, 2 * Math.PI);
+      context.stroke(); context.fill();
     }
+    // Each label goes to the first place about its point where it covers no label before it.
+    const taken = [];
+    let covered = 0;
+    context.fillStyle = colour("--ink");
+    for (const { at, label } of dots) {
+      const wide = context.measureText(label).width, tall = 16;
+      const free = ([x, y]) => taken.every(([u, v, other]) =>
+        x + wide + 3 < u || u + other + 3 < x || Math.abs(y - v) >= tall);
+      const offered = [[9, 4], [-9 - wide, 4], [9, 20], [9, -12], [-9 - wide, 20], [-9 - wide, -12], [9, 36], [9, -28],
+        [-9 - wide, 36], [-9 - wide, -28]].map(([x, y]) => [at[0] + x, at[1] + y]);
+      const found = offered.find(free);
+      if (!found) ++covered;
+      const [x, y] = found || offered[0];
+      taken.push([x, y, wide]);
+      context.strokeText(label, x, y); context.fillText(label, x, y);
+    }
+    canvas.dataset.covered = covered;
     canvas.dataset.drawn = ++drawn;
     canvas.dataset.angle = view.azimuth.toFixed(3);
   }

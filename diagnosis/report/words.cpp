@@ -20,6 +20,7 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/judgement.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/response/response.h"
@@ -30,8 +31,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double shows_little = 0.25;  ///< of the fitted data's share: held-out data with less cannot judge a gain
 
 /// After a named cause: what becomes of the machine's description.
 std::string extension_in_words(const Diagnosis& d) {
@@ -91,7 +90,8 @@ std::string in_words(const RankedCause& cause) {
                                 p.missing->alike.empty() ? "" : " or " + core::join(p.missing->alike, " or "),
                                     1e3 * p.missing->region95)
                       : "";
-  return fmt::format("{} ({} {:.4g} +- {:.2g}{}{})", name_of(p), p.name, cause.value, cause.std, unit, more);
+  return fmt::format("{} ({} {} +- {}{}{})", name_of(p), p.name, core::plain_number(cause.value, 4),
+                     core::plain_number(cause.std, 2), unit, more);
 }
 
 std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
@@ -124,6 +124,21 @@ std::string beside_none_in_words(const Diagnosis& d) {
   return fmt::format("Ambiguous: {}; or {}.{}", listed, list_in_words({none}, 1), but);
 }
 
+/// Something unknown in the first place, and causes that may act alone or beside it.
+std::string beside_unknown_in_words(const Diagnosis& d) {
+  return fmt::format(
+      "Ambiguous: no cause describes the difference surely: {}. The probability of a cause counts alone or beside the "
+      "unknown one.",
+      list_in_words(d.ambiguous_set, 4));
+}
+
+/// The cause that an explanation named before it was found strained.
+std::string strained_name(const Diagnosis& d) {
+  for (const RankedCause& cause : d.ambiguous_set)
+    if (!cause.parameter.name.empty()) return name_of(cause.parameter);
+  return "it";
+}
+
 /// What a coarse mesh leaves open, and what to do; empty where the mesh is fine.
 std::string mesh_hides(const Diagnosis& d) {
   constexpr double much = 0.05;
@@ -133,6 +148,22 @@ std::string mesh_hides(const Diagnosis& d) {
       "model "
       "of quadratic tetrahedra: `thermotwin reduce CASE --mesh-order 2`.",
       100.0 * d.mesh_share);
+}
+
+/// What comes nearest of all that is listed, and by how much it is not enough.
+void add_misfit_note(const Problem& problem, const SearchResult& found, Diagnosis& d) {
+  const Hypothesis* best = nullptr;
+  for (const Hypothesis& h : found.hypotheses)
+    if (h.refined && (best == nullptr || h.log_evidence > best->log_evidence)) best = &h;
+  if (best == nullptr || best->log_evidence < strong) return;
+  std::vector<std::string> names;
+  for (const int member : best->members) names.push_back(name_of(problem.parameters[member]));
+  d.nearest = core::join(names, " with ");
+  d.notes.push_back(
+      fmt::format("Of all that is listed, {} comes nearest (ln Bayes factor {:.1f} against no cause). It is wrong by "
+                  "{:.1f}: that is what something unknown or held-out data are better by. Beside something unknown, "
+                  "evidence therefore counts 1/{:.1f}.",
+                  d.nearest, best->log_evidence, found.misfit, 1.0 + found.misfit));
 }
 
 /// Of the reduced model as the record begins, s.
@@ -157,7 +188,9 @@ std::string sentence_of(const Diagnosis& d) {
   }
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
-           "report.html shows in which channels and when the residual exceeds its expected size.";
+           "report.html shows in which channels and when the residual exceeds its expected size." +
+           (d.nearest.empty() ? ""
+                              : " Of the listed causes, " + d.nearest + " comes nearest, but does not explain it.");
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front())) {
     return fmt::format(
         "Ambiguous: {} lies within its stated uncertainty or that of its estimate. It nevertheless explains a residual "
@@ -175,6 +208,9 @@ std::string sentence_of(const Diagnosis& d) {
         "Ambiguous: the size of {} changes in the course of the record, by a law that machine.toml does not have.",
         core::join(places, " or of "));
   }
+  if (!d.strained.empty() && d.causes.empty())
+    return fmt::format("{} As the only explanation {} is strained: {}.", beside_unknown_in_words(d), strained_name(d),
+                       d.strained);
   if (!d.strained.empty()) {
     std::vector<RankedCause> beside = d.ambiguous_set;
     std::erase_if(beside, [](const RankedCause& cause) { return cause.parameter.name.empty(); });
@@ -199,6 +235,8 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && d.causes.empty() && d.ambiguous_set.size() > 1 &&
       d.ambiguous_set.back().parameter.kind == Kind::none)
     return beside_none_in_words(d) + to_decide(d);
+  if (d.verdict == Verdict::ambiguous && d.causes.empty() && d.ambiguous_set.front().parameter.kind == Kind::unknown)
+    return beside_unknown_in_words(d) + to_decide(d);
   if (d.verdict == Verdict::ambiguous) {
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference, none of them surely: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
@@ -306,6 +344,7 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
   d.notes.push_back(allowance.sentence());
   d.notes.push_back(
       fmt::format("Chi-square without a cause: {:.0f} for {} values.", found.chi_square_none, found.fitted));
+  if (found.probability_unknown >= 0.5) add_misfit_note(problem, found, d);
   if (const Stretch& stretch = found.stretch; stretch.too_far()) {
     d.notes.push_back(fmt::format(
         "Without a cause, {} would be {:.1f} stated standard deviations from nominal; the sum of squares of all "

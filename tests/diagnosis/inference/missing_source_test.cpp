@@ -30,7 +30,8 @@ struct Hidden {
 };
 void PrintTo(const Hidden& hidden, std::ostream* out) { *out << hidden.body << " " << hidden.follows; }
 
-compensation::Measurement measured(const Hidden& hidden, std::uint64_t seed) {
+compensation::Measurement measured(const Hidden& hidden, std::uint64_t seed,
+                                   const std::string& phases = meshed::shift) {
   std::string text = meshed::machine_text();
   if (hidden.body) {
     text += fmt::format(
@@ -44,7 +45,7 @@ compensation::Measurement measured(const Hidden& hidden, std::uint64_t seed) {
                                       mesh::parse_pose(machine, "X=150,Z=80", "test"),
                                       mesh::parse_pose(machine, "X=-150,Z=-80", "test")};
   compensation::Measurement m = compensation::measure_virtually(
-      meshed::full_model(machine, 2), meshed::load(machine, "shift", meshed::shift, "06:00"), poses,
+      meshed::full_model(machine, 2), meshed::load(machine, "shift", phases, "06:00"), poses,
       {.sensor_noise_K = 0.03, .probe_noise_um = 0.2, .seed = seed, .mesh_cache = {}});
   m.starts_at_h = 6.0;  // a source may follow the time of day in all of them
   return m;
@@ -119,20 +120,12 @@ INSTANTIATE_TEST_SUITE_P(
                              "day.time_h",
                              95}));
 
-// A record in which two inputs change alike cannot tell which of them the heat follows: one cause that names both.
-TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
-  compensation::Measurement m =
-      measured({"column",
-                "box_min_mm = [60, 379, 300], box_max_mm = [121, 381, 480]",
-                "{ input = \"spindle.speed_rpm\", at = [0, 4000, 12000], power_W = [0, 45, 130] }",
-                {0.09, 0.38, 0.39},
-                "spindle.speed_rpm",
-                98},
-               11);
-  const auto speed =
-      std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
-  ASSERT_NE(speed, m.channels.end());
-  const Eigen::VectorXd share = m.values(*speed) / m.values(*speed).maxCoeff();
+/// The state of the cutting fluid becomes another input's share of its largest value.
+void let_fluid_change_as(const std::string& input, compensation::Measurement& m) {
+  const auto other =
+      std::find_if(m.channels.begin(), m.channels.end(), [&](const auto& c) { return c.input == input; });
+  ASSERT_NE(other, m.channels.end());
+  const Eigen::VectorXd share = m.values(*other) / m.values(*other).maxCoeff();
   std::erase_if(m.channels, [](const auto& c) { return c.input == "cutting_fluid.on"; });
   compensation::MeasuredChannel fluid;
   fluid.id = fluid.input = "cutting_fluid.on";
@@ -143,6 +136,19 @@ TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
   m.data.columns.push_back(fluid.id);
   m.data.values.conservativeResize(Eigen::NoChange, fluid.column + 1);
   m.data.values.col(fluid.column) = share;
+}
+
+// A record in which two inputs change alike cannot tell which of them the heat follows: one cause that names both.
+TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
+  compensation::Measurement m =
+      measured({"column",
+                "box_min_mm = [60, 379, 300], box_max_mm = [121, 381, 480]",
+                "{ input = \"spindle.speed_rpm\", at = [0, 4000, 12000], power_W = [0, 45, 130] }",
+                {0.09, 0.38, 0.39},
+                "spindle.speed_rpm",
+                98},
+               11);
+  let_fluid_change_as("spindle.speed_rpm", m);
   const Diagnosis d = diagnosis::diagnose(meshed::reduced(), m, {});
   ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   const diagnosis::MissingSource& found = *d.causes.front().parameter.missing;
@@ -155,6 +161,31 @@ TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
   EXPECT_NE(extended.find("(or cutting_fluid.on)"), std::string::npos) << extended.substr(extended.size() - 400);
   ASSERT_FALSE(d.actions.empty());
   EXPECT_NE(d.actions.front().find("run them one after another"), std::string::npos) << d.actions.front();
+}
+
+// The machine is switched off for a while, and the fluid with it: the heat follows the one or the other.
+TEST(MissingSource, FollowsTheMachineThatIsSwitchedOff) {
+  std::string phases = meshed::shift;
+  const auto switch_in = [&](const std::string& phase, const std::string& to) {
+    const std::string name = "\"" + phase + "\"\n";
+    for (std::size_t at = phases.find(name); at != std::string::npos; at = phases.find(name, at + 1))
+      phases.insert(at + name.size(), "machine_on = " + to + "\n");
+  };
+  switch_in("rest", "false");
+  switch_in("both", "true");
+  compensation::Measurement m = measured({"bed",
+                                          "box_min_mm = [-401, -130, -180], box_max_mm = [-399, 40, -20]",
+                                          "{ input = \"machine.on\", at = [0, 1], power_W = [0, 90] }",
+                                          {-0.4, -0.045, -0.1},
+                                          "machine.on",
+                                          90},
+                                         11, phases);
+  let_fluid_change_as("machine.on", m);
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(), m, {});
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
+  const diagnosis::MissingSource& found = *d.causes.front().parameter.missing;
+  EXPECT_EQ(found.follows, "machine.on") << listed(d);
+  EXPECT_EQ(found.alike, (std::vector<std::string>{"coolant.main.on", "cutting_fluid.on"}));
 }
 
 TEST(MissingSource, IsNotSeenWhereThereIsNone) {

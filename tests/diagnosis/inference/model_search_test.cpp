@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "diagnosis/inference/switch_times.h"
@@ -38,6 +39,71 @@ TEST(ModelSearch, WhatAStrongCauseGainsAboutItselfIsNoSecondOnes) {
     EXPECT_LT(median, 0.0) << power << ", evidence " << leading->log_evidence;
     EXPECT_GT(median, -4.0) << power;
   }
+}
+
+/// None, two single causes and both together, of such log evidences.
+diagnosis::SearchResult shared(double first, double second, double both, double log_odds_unknown) {
+  diagnosis::SearchResult found;
+  found.hypotheses.resize(4);
+  found.hypotheses[1].members = {0};
+  found.hypotheses[2].members = {1};
+  found.hypotheses[3].members = {0, 1};
+  const double priors[] = {0.5, 0.02, 0.02, 0.002}, evidences[] = {0.0, first, second, both};
+  for (std::size_t i = 0; i < 4; ++i) {
+    found.hypotheses[i].log_prior = std::log(priors[i]);
+    found.hypotheses[i].log_evidence = evidences[i];
+  }
+  found.marginal = Eigen::VectorXd::Zero(2);
+  found.log_odds_unknown = log_odds_unknown;
+  diagnosis::share_probability(found);
+  return found;
+}
+
+TEST(ModelSearch, BesideSomethingUnknownWhatACauseGainsCountsByWhatItLeaves) {
+  const diagnosis::SearchResult listed = shared(300.0, 280.0, 299.0, -6.0);
+  EXPECT_GT(listed.marginal[0], 0.99);
+  EXPECT_LT(listed.probability_unknown, 0.01);
+  EXPECT_DOUBLE_EQ(listed.misfit, 0.0);
+  // Something unknown that is much less than the cause: it stays sure, its rival of much less evidence unlikely.
+  const diagnosis::SearchResult little = shared(300.0, 100.0, 299.0, 10.0);
+  EXPECT_NEAR(little.misfit, 10.0 - std::log(0.1), 1e-12);
+  EXPECT_GT(little.marginal[0], 0.95);
+  EXPECT_LT(little.marginal[1], 0.1);
+  EXPECT_GT(little.probability_unknown, 0.999);
+  EXPECT_GT(little.probability_leftover, 0.95);
+  // As much as the cause: neither that one nor a rival is likely, though their evidences are far apart.
+  const diagnosis::SearchResult much = shared(300.0, 200.0, 299.0, 200.0);
+  EXPECT_LT(much.marginal[0], 0.3);
+  EXPECT_GT(much.marginal[1], 0.02);
+  EXPECT_GT(much.marginal[0], much.marginal[1]);
+  EXPECT_LT(much.probability_leftover, 0.5);
+}
+
+TEST(ModelSearch, AChannelThatIsOffAloneLeavesWhatTheOthersSay) {
+  diagnosis::SearchResult one = shared(300.0, 200.0, 299.0, 200.0);
+  ASSERT_LT(one.marginal[0], 0.3) << "several channels";
+  one.beside_channel = 3;
+  diagnosis::share_probability(one);
+  EXPECT_DOUBLE_EQ(one.misfit, 0.0);
+  EXPECT_GT(one.marginal[0], 0.99);
+  EXPECT_GT(one.probability_unknown, 0.999);
+  EXPECT_GT(one.probability_leftover, 0.99);
+  // Held-out data of the others may still say that it is wrong.
+  diagnosis::raise_misfit(one, 250.0);
+  EXPECT_LT(one.marginal[0], 0.3);
+}
+
+TEST(ModelSearch, AMisfitThatIsFoundLaterSharesAnew) {
+  diagnosis::SearchResult found = shared(300.0, 280.0, 299.0, -6.0);
+  diagnosis::raise_misfit(found, 3.0);
+  EXPECT_NEAR(found.misfit, 3.0, 1e-12);
+  EXPECT_NEAR(found.probability_unknown, 0.67, 0.01);
+  EXPECT_GT(found.marginal[0], 0.97);
+  diagnosis::raise_misfit(found, 250.0);
+  EXPECT_LT(found.marginal[0], 0.3);
+  const double unknown = found.probability_unknown;
+  diagnosis::raise_misfit(found, 5.0);
+  EXPECT_DOUBLE_EQ(found.probability_unknown, unknown);
 }
 
 }  // namespace
