@@ -90,6 +90,18 @@ void tt_errors_start(tt_errors* e, double uniform_K, int shapes, const double* p
   for (int k = 0; k < all; ++k) e->sigma[k + (long)k * all] = e->prior[k] * e->prior[k];
 }
 
+void tt_errors_doubt(tt_errors* e, int sensor, double std_K) {
+  const int k = tt_errors_first_bias(model_of(e)) + sensor;
+  if (!(std_K > e->prior[k])) return;
+  e->prior[k] = std_K;
+  e->memory[k] = 0.0;
+  e->sigma[k + (long)k * tt_errors_count(model_of(e))] = std_K * std_K;
+}
+
+int tt_errors_doubts(const tt_errors* e, int sensor) {
+  return e->memory[tt_errors_first_bias(model_of(e)) + sensor] == 0.0;
+}
+
 void tt_errors_set_untold(tt_errors* e, int drive, const double* heat, double nominal) {
   const tt_sensor_model* m = model_of(e);
   const int k = m->quantities + drive, all = tt_errors_count(m), was_known = e->sensitivities.drive_known[drive];
@@ -285,6 +297,7 @@ void tt_errors_output_shares(const tt_errors* e, double* shares) {
 
 int tt_errors_learns(const tt_errors* e) { return e->flags[learns]; }
 int tt_errors_shapes(const tt_errors* e) { return e->flags[shapes_count]; }
+int tt_errors_air_untold(const tt_errors* e) { return e->flags[air_is_untold]; }
 
 tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor) {
   const tt_sensor_model* m = model_of(e);
@@ -293,6 +306,13 @@ tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor) {
   const tt_sensor_offset unknown = {0.0, HUGE_VAL};
   if (!(rest > 1e-6)) return unknown;
   const tt_sensor_offset offset = {e->theta[k] / rest, sqrt(sigma / rest)};
+  return offset;
+}
+
+tt_sensor_offset tt_errors_own_offset(const tt_errors* e, int sensor) {
+  const int k = tt_errors_first_bias(model_of(e)) + sensor;
+  const double sigma = e->sigma[k + (long)k * tt_errors_count(model_of(e))];
+  const tt_sensor_offset offset = {e->theta[k], sqrt(tt_max(0.0, sigma))};
   return offset;
 }
 

@@ -48,6 +48,10 @@ void tt_errors_air_is_untold(tt_errors* e);
 /* uniform_K: standard deviation of the mean initial temperature. patterns: (order x shapes) of unit deviation.
  * ambient_gap_K: (ambients) temperature by the sensors minus the default of an ambient that nobody measures, else 0. */
 void tt_errors_start(tt_errors* e, double uniform_K, int shapes, const double* patterns, const double* ambient_gap_K);
+/* To be told after the start: the offset of a sensor has this deviation (K), and stays as it is. Does nothing where the
+ * stated deviation is larger. */
+void tt_errors_doubt(tt_errors* e, int sensor, double std_K);
+int tt_errors_doubts(const tt_errors* e, int sensor);
 /* The heat of an unrecorded drive over the interval of the next advance, (order); NULL: recorded. It is a quantity from
  * then on, with deviation 1. nominal: speed of the nominal run over half speed. */
 void tt_errors_set_untold(tt_errors* e, int drive, const double* heat, double nominal);
@@ -74,10 +78,12 @@ void tt_errors_sensor_rate_std(tt_errors* e, double* std);
 void tt_errors_output_shares(const tt_errors* e, double* shares); /* (tt_outputs) */
 int tt_errors_learns(const tt_errors* e);                         /* whether anything was probed */
 int tt_errors_shapes(const tt_errors* e);                         /* patterns of earlier work */
+int tt_errors_air_untold(const tt_errors* e);                     /* see tt_errors_air_is_untold */
 
 /* Standard deviation of noise and model error of a mean reading, K. */
 double tt_reading_std(double uncertainty_K, double deviation_K);
 tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor);
+tt_sensor_offset tt_errors_own_offset(const tt_errors* e, int sensor); /* with its own prior */
 void tt_errors_release(tt_errors* e, int sensor); /* of a sensor that drifts: only its own offset follows it */
 
 #ifdef __cplusplus

@@ -24,7 +24,8 @@ void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* a
                                   &o->moment_sum,  &o->innovation_count, &o->value,
                                   &o->mean_moment, &o->deviation,        &o->first_value};
   double** const of_sensors[] = {&o->guide_K, &o->seen_one,  &o->seen_start, &o->shift,
-                                 &o->bias,    &o->bias_rate, &o->unsure_rate};
+                                 &o->bias,    &o->bias_rate, &o->unsure_rate,
+                                 &o->own_offset};
   double** const of_states[] = {&o->correction, &o->correction_rate, &o->corrected};
   for (size_t i = 0; i < sizeof of_measured / sizeof *of_measured; ++i) *of_measured[i] = tt_doubles(arena, measured);
   for (size_t i = 0; i < sizeof of_sensors / sizeof *of_sensors; ++i) *of_sensors[i] = tt_doubles(arena, sensors);
@@ -47,7 +48,7 @@ void tt_observer_reset(tt_observer* o) {
   tt_trust_start(&o->trust);
   for (int s = 0; s < m->measured; ++s) o->reading_C[s] = o->reading_K[s] = tt_nan();
   double* const of_measured[] = {o->innovation_sum, o->moment_sum, o->innovation_count};
-  double* const of_sensors[] = {o->shift, o->bias, o->bias_rate, o->unsure_rate, o->seen_one};
+  double* const of_sensors[] = {o->shift, o->bias, o->bias_rate, o->unsure_rate, o->seen_one, o->own_offset};
   double* const of_states[] = {o->correction, o->correction_rate, o->corrected};
   for (size_t i = 0; i < sizeof of_measured / sizeof *of_measured; ++i) tt_zero(m->measured, of_measured[i]);
   for (size_t i = 0; i < sizeof of_sensors / sizeof *of_sensors; ++i) tt_zero(m->sensors, of_sensors[i]);
@@ -83,7 +84,9 @@ const double* tt_observer_guide(tt_observer* o, const tt_moment* now) {
     tt_errors_sensor_correction(&o->errors, o->guide_K);
   for (int s = 0; s < m->sensors; ++s) o->guide_K[s] = now->seen[s] + o->guide_K[s] + o->model->sensor_offset[s];
   for (int s = 0; s < m->measured; ++s) {
-    if (tt_is_finite(o->reading_K[s]) && tt_trusted(&o->trust, s)) o->guide_K[s] = o->reading_K[s];
+    if (!tt_is_finite(o->reading_K[s]) || !tt_trusted(&o->trust, s)) continue;
+    o->guide_K[s] = o->reading_K[s];
+    if (tt_errors_doubts(&o->errors, s)) o->guide_K[s] -= o->own_offset[s];
   }
   return o->guide_K;
 }
@@ -227,6 +230,7 @@ void tt_observer_settle(tt_observer* o, const tt_moment* now, double time) {
   tt_errors_sensor_correction(&o->errors, o->bias);
   tt_errors_sensor_correction_rate(&o->errors, o->bias_rate);
   tt_errors_sensor_rate_std(&o->errors, o->unsure_rate);
+  for (int s = 0; s < m->sensors; ++s) o->own_offset[s] = tt_errors_own_offset(&o->errors, s).value;
   for (int s = 0; s < m->sensors; ++s) {
     o->unsure_rate[s] += rate_error_share * fabs(o->bias_rate[s]);
     change[s] += o->bias[s] + after * o->bias_rate[s];

@@ -46,6 +46,7 @@ typedef struct tt_observer {
   double *reading_C, *reading_K, *guide_K; /* (measured), (measured), (sensors) */
   double *seen_one, *seen_start, *shift;   /* (sensors) of 1 K; at the start; correction before the last one */
   double *bias, *bias_rate, *unsure_rate;  /* (sensors) correction of predicted readings; its rate; its deviation */
+  double* own_offset;                      /* (sensors) of the readings themselves */
   double *correction, *correction_rate, *corrected;       /* (order) */
   double *innovation_sum, *moment_sum, *innovation_count; /* (measured) since the last correction began */
   double *value, *mean_moment, *deviation;                /* (measured) innovations of the correction in progress */

@@ -13,6 +13,8 @@
 static const double start_uniform_K = 0.5, least_start_K = 0.03;
 static const double least_chance = 1e-4; /* of a first reading that is believed though it is far from all others */
 
+enum { enough_sensors = 3 };             /* to tell which of them is off */
+
 enum {
   start_none,
   start_uniform,
@@ -39,6 +41,38 @@ static tt_first_readings first_readings(tt_observer* o, int without) {
   return readings;
 }
 
+/* The temperature of the air; of a machine without air that of the ambient next to a reading, or the reading where it
+ * lies between two. */
+static double surroundings_near(const tt_observer* o, double value) {
+  const int air = o->model->air_channel;
+  if (air >= 0 && tt_is_finite(o->row[air])) return o->row[air] - o->model->readings->reference_C;
+  double coldest = HUGE_VAL, warmest = -HUGE_VAL;
+  for (int i = 0; i < o->model->ambients; ++i) {
+    const int channel = o->model->ambient_channel[i];
+    const double around = channel < 0 ? tt_nan() : o->row[channel] - o->model->readings->reference_C;
+    if (!tt_is_finite(around)) continue;
+    coldest = tt_min(coldest, around);
+    warmest = tt_max(warmest, around);
+  }
+  return coldest > warmest ? value : tt_clamp(value, coldest, warmest);
+}
+
+/* The offset that a first reading may have because too few others speak against it: one sensor cannot tell a warm
+ * machine from its own error, of two the one that is further off may be wrong. */
+static double doubt_of(const tt_observer* o, const tt_first_readings* readings, int i) {
+  if (readings->count >= enough_sensors) return 0.0;
+  const double value = readings->value_K[i], far = fabs(value - surroundings_near(o, value));
+  return readings->count == 1 ? far : tt_min(far, fabs(readings->value_K[0] - readings->value_K[1]));
+}
+
+/* One sensor alone says nothing of the temperature of the others: far from the surroundings it counts as a part that
+ * work has warmed, or as wrong. */
+static uniform start_of_one(const tt_observer* o, double value) {
+  const double around = surroundings_near(o, value), far = fabs(value - around);
+  const uniform near = {value, tt_max(least_start_K, far)}, away = {around, start_uniform_K + 0.5 * far};
+  return far > start_uniform_K ? away : near;
+}
+
 /* Of a rested machine sensors agree in the middle; one at work rests on the coldest of them, or on the air. */
 static int uniform_starts(tt_observer* o, int without, uniform* starts) {
   const tt_first_readings readings = first_readings(o, without);
@@ -49,6 +83,7 @@ static int uniform_starts(tt_observer* o, int without, uniform* starts) {
   starts[0].std = tt_max(least_start_K, 1.5 * tt_median(readings.count, o->scratch));
   starts[1].middle = lowest;
   starts[1].std = tt_max(least_start_K, 0.25 * (middle - lowest));
+  if (readings.count == 1) starts[0] = starts[1] = start_of_one(o, middle);
   const int air = o->model->air_channel;
   if (air < 0 || !tt_is_finite(o->row[air])) return 2;
   const double surroundings = o->row[air] - o->model->readings->reference_C;
@@ -162,7 +197,7 @@ static void explain_from(tt_observer* o, int sensor) {
 static void begin_explanation(tt_observer* o) {
   for (int s = 0; s < o->model->sensors->measured; ++s) o->explained[s] = 0;
   o->flags[at_start] = start_explain;
-  explain_from(o, first_readings(o, -1).count < 3 ? o->model->sensors->measured : 0);
+  explain_from(o, first_readings(o, -1).count < enough_sensors ? o->model->sensors->measured : 0);
 }
 
 static void begin_weighing(tt_observer* o) {
@@ -227,13 +262,16 @@ int tt_observer_uniform(const tt_observer* o, double* temperature_K) {
   return o->flags[by_sensors];
 }
 
-/* An input that stands at its default is one that nobody gives, see tt_errors_start. */
+/* An input that stands at its default is one that nobody gives, see tt_errors_start. Too few sensors to check each
+ * other are checked by the air, where there is a column of it. */
 static void set_gap(tt_observer* o) {
+  const int air_counts = first_readings(o, -1).count < enough_sensors && !tt_errors_air_untold(&o->errors);
   const tt_reading_model* readings = o->model->readings;
   for (int i = 0; i < o->model->ambients; ++i) {
     const int channel = o->model->ambient_channel[i];
     o->gap[i] = 0.0;
     if (!o->flags[by_sensors] || channel < 0) continue;
+    if (channel == o->model->air_channel && air_counts) continue;
     const double standard = readings->default_C[channel];
     if (o->row[channel] == standard) o->gap[i] = o->numbers[uniform_K] + readings->reference_C - standard;
   }
@@ -243,13 +281,15 @@ void tt_observer_finish_start(tt_observer* o, const tt_moment* now) {
   set_gap(o);
   tt_errors_start(&o->errors, o->numbers[uniform_std], o->flags[shapes_of_start], o->past.patterns, o->gap);
   o->numbers[corrected_at] = now->time;
-  const int count = o->flags[by_sensors] ? first_readings(o, -1).count : 0;
-  for (int i = 0; i < count; ++i) {
+  tt_first_readings readings = first_readings(o, -1);
+  if (!o->flags[by_sensors]) readings.count = 0;
+  for (int i = 0; i < readings.count; ++i) tt_errors_doubt(&o->errors, readings.sensor[i], doubt_of(o, &readings, i));
+  for (int i = 0; i < readings.count; ++i) {
     const double value = o->first_value[i] - o->numbers[uniform_K];
     const tt_innovation one = {o->first_sensor[i], value, 1.0, value};
     tt_errors_observe(&o->errors, &one, 0.0);
   }
-  if (count > 0) tt_errors_settle(&o->errors);
+  if (readings.count > 0) tt_errors_settle(&o->errors);
 }
 
 void tt_observer_begin_foresight(tt_observer* o, const double* operator_matrix) {

@@ -5,6 +5,9 @@
 
 #include "compensation/control/scalars.h"
 
+/* A constant offset is named, and no longer named, from these multiples of its stated deviation and of its own on. */
+static const double named_stated = 6.0, named_own = 5.0, unnamed = 3.0, least_stated_K = 0.03;
+
 void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* std, tt_arena* arena) {
   const size_t sensors = (size_t)model->sensors;
   tt_reading_check_lay(&trust->check, model, arena);
@@ -12,6 +15,7 @@ void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* 
   tt_drift_lay(&trust->drift, model->sensors, std, arena);
   trust->named = tt_ints(arena, sensors);
   trust->named_check = tt_ints(arena, sensors);
+  trust->biased = tt_ints(arena, sensors);
   trust->offset = tt_doubles(arena, sensors);
   trust->offset_std = tt_doubles(arena, sensors);
 }
@@ -19,7 +23,10 @@ void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* 
 void tt_trust_start(tt_trust* trust) {
   tt_monitor_start(&trust->monitor);
   tt_drift_start(&trust->drift);
-  for (int s = 0; s < trust->monitor.sensors; ++s) trust->named[s] = trust->named_check[s] = TT_SENSOR_FINE;
+  for (int s = 0; s < trust->monitor.sensors; ++s) {
+    trust->named[s] = trust->named_check[s] = TT_SENSOR_FINE;
+    trust->biased[s] = 0;
+  }
 }
 
 int tt_trusted(const tt_trust* trust, int sensor) {
@@ -41,7 +48,8 @@ static int fault_of(const tt_trust* trust, int s) {
   if (trust->check.sensor_fault[s] != TT_SENSOR_FINE) return trust->check.sensor_fault[s];
   if (fault == TT_SENSOR_OFFSET && reads_fahrenheit(trust, s)) return TT_SENSOR_FAHRENHEIT;
   if (fault != TT_SENSOR_FINE) return fault;
-  return trust->drift.drifts[s] ? TT_SENSOR_DRIFT : TT_SENSOR_FINE;
+  if (trust->drift.drifts[s]) return TT_SENSOR_DRIFT;
+  return trust->biased[s] ? TT_SENSOR_OFFSET : TT_SENSOR_FINE;
 }
 
 static void name_sensors(tt_trust* trust) {
@@ -58,7 +66,27 @@ void tt_trust_watch(tt_trust* trust, double time, const double* reading_K, const
   if (changed) name_sensors(trust);
 }
 
+/* Whether a sensor in doubt since the start has an offset by now. */
+static int is_biased(const tt_trust* trust, const tt_errors* errors, int s) {
+  if (!tt_errors_doubts(errors, s)) return 0;
+  const tt_sensor_offset own = tt_errors_own_offset(errors, s);
+  const double stated = tt_max(trust->monitor.std[s], least_stated_K), size = fabs(own.value);
+  return trust->biased[s] ? size > unnamed * tt_max(stated, own.std)
+                          : size > tt_max(named_stated * stated, named_own * own.std);
+}
+
+static void watch_offsets(tt_trust* trust, const tt_errors* errors) {
+  int changed = 0;
+  for (int s = 0; s < trust->monitor.sensors; ++s) {
+    const int biased = is_biased(trust, errors, s);
+    changed = changed || biased != trust->biased[s];
+    trust->biased[s] = biased;
+  }
+  if (changed) name_sensors(trust);
+}
+
 void tt_trust_watch_drift(tt_trust* trust, double time, tt_errors* errors) {
+  watch_offsets(trust, errors);
   for (int s = 0; s < trust->monitor.sensors; ++s) {
     trust->offset[s] = trust->offset_std[s] = tt_nan();
     if (!tt_trusted(trust, s)) continue;

@@ -16,9 +16,9 @@ typedef struct tt_trust {
   tt_reading_check check;
   tt_monitor monitor;
   tt_drift_watch drift;
-  int32_t *named,
-      *named_check;            /* (sensors) tt_sensor_fault by which each is left out; that of the check at that time */
-  double *offset, *offset_std; /* (sensors) scratch */
+  int32_t *named, *named_check; /* (sensors) tt_sensor_fault of each; that of the check at that time */
+  int32_t* biased;              /* (sensors) 1: has a constant offset since the start, and is used without it */
+  double *offset, *offset_std;  /* (sensors) scratch */
 } tt_trust;
 
 /* std: (sensors) stated standard deviation of a reading. */
@@ -29,7 +29,7 @@ int tt_trusted(const tt_trust* trust, int sensor); /* whether the last reading m
 /* Finds sensors that have failed, see tt_monitor_judge. */
 void tt_trust_watch(tt_trust* trust, double time, const double* reading_K, const double* expected_K, int inputs_leapt,
                     const double* unsure_K_s);
-/* Finds a sensor that drifts, and removes its influence from the estimate. */
+/* Finds a sensor that drifts, and removes its influence from the estimate; names offsets of sensors in doubt. */
 void tt_trust_watch_drift(tt_trust* trust, double time, tt_errors* errors);
 
 #ifdef __cplusplus

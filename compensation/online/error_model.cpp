@@ -111,7 +111,16 @@ MatrixXd ErrorModel::rates(const Interval& interval) const {
   return result;
 }
 
+void ErrorModel::doubt(Index sensor, double std_K) {
+  const Index k = directions_.cols() + sensor;
+  if (!(std_K > prior_[k])) return;
+  prior_[k] = std_K;
+  memory_[k] = 0.0;
+  sigma_(k, k) = std_K * std_K;
+}
+
 void ErrorModel::air_is_untold() {
+  air_is_untold_ = true;
   const mesh::Machine& machine = model_.machine;
   for (Quantity& quantity : quantities_)
     if (quantity.ambient >= 0 && machine.ambients[quantity.ambient].id == "air") quantity.std = untold_air_K;
@@ -304,6 +313,11 @@ ErrorModel::SensorOffset ErrorModel::offset(Index sensor) const {
   constexpr double nothing = 1e-6;
   if (!(rest > nothing)) return {0.0, std::numeric_limits<double>::infinity()};
   return {theta_[k] / rest, std::sqrt(sigma_(k, k) / rest)};
+}
+
+ErrorModel::SensorOffset ErrorModel::own_offset(Index sensor) const {
+  const Index k = directions_.cols() + sensor;
+  return {theta_[k], std::sqrt(std::max(0.0, sigma_(k, k)))};
 }
 
 void ErrorModel::release(Index sensor) {

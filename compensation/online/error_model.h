@@ -61,6 +61,11 @@ public:
   void foresee(const Interval& interval);
   /// States, before start(), that the air temperature is not recorded.
   void air_is_untold();
+  bool is_air_untold() const { return air_is_untold_; }
+  /// States, after start(), that the offset of a sensor has this standard deviation and stays as it is. Does nothing
+  /// where the stated one is larger.
+  void doubt(Eigen::Index sensor, double std_K);
+  bool doubts(Eigen::Index sensor) const { return memory_.size() > 0 && memory_[directions_.cols() + sensor] == 0.0; }
   /// Drives with a heat of their own, see set_untold().
   const std::vector<DriveHeat>& drives() const { return drives_; }
   /// States the heat of an unrecorded drive over the interval of the next advance(). It becomes a quantity at the first
@@ -121,6 +126,7 @@ public:
     double value = 0, std = 0;  ///< K; std is infinite where nothing else tells
   };
   SensorOffset offset(Eigen::Index sensor) const;
+  SensorOffset own_offset(Eigen::Index sensor) const;  ///< with its own prior
   /// Removes the prior of a sensor's offset, so that its influence on other quantities returns to the offset.
   void release(Eigen::Index sensor);
 
@@ -164,7 +170,7 @@ private:
   Eigen::VectorXd theta_, prior_, mean_;  ///< quantities, start modes, sensor biases, outputs
   Eigen::VectorXd withheld_;              ///< part of theta that is not shown yet
   Eigen::VectorXd gain_;                  ///< scratch of observe
-  bool learns_ = false;
+  bool learns_ = false, air_is_untold_ = false;
   Eigen::VectorXd memory_;
   Eigen::MatrixXd sigma_;
   Eigen::PartialPivLU<Eigen::MatrixXd> factor_;

@@ -22,8 +22,9 @@ using Eigen::VectorXd;
 // Standard deviations of the start, K: where nothing is measured, and the least that remains where
 // sensors agree with each other.
 constexpr double start_uniform_K = 0.5, least_start_K = 0.03;
-constexpr double rate_error_share = 0.2;  // of how fast what the start left fades at a sensor
-constexpr double least_chance = 1e-4;     // of a first reading that is believed though it is far from all others
+constexpr double rate_error_share = 0.2;   // of how fast what the start left fades at a sensor
+constexpr double least_chance = 1e-4;      // of a first reading that is believed though it is far from all others
+constexpr std::size_t enough_sensors = 3;  // to tell which of them is off
 
 }  // namespace
 
@@ -42,7 +43,7 @@ Observer::Observer(const reduction::ReducedModel& model, const solver::Operating
     ambients_.push_back(operating.channels().index(ambient.id + ".T_C"));
   const Index sensors = model.system.sensors.rows(), order = model.system.order();
   reading_K_ = VectorXd::Constant(sensors, solver::not_given);
-  shift_ = bias_K_ = bias_rate_ = unsure_rate_ = VectorXd::Zero(sensors);
+  shift_ = bias_K_ = bias_rate_ = unsure_rate_ = own_offset_ = VectorXd::Zero(sensors);
   corrected_ = correction_rate_ = VectorXd::Zero(order);
   innovation_sum_ = moment_sum_ = VectorXd::Zero(sensors);
   innovation_count_ = reading_counts_ = Eigen::VectorXi::Zero(sensors);
@@ -70,21 +71,55 @@ const VectorXd& Observer::guide_readings() {
 
 void Observer::take_trusted(VectorXd& readings_K) const {
   for (Index s = 0; s < readings_K.size(); ++s) {
-    if (std::isfinite(reading_K_[s]) && trust_.trusted(s)) readings_K[s] = reading_K_[s];
+    if (!std::isfinite(reading_K_[s]) || !trust_.trusted(s)) continue;
+    readings_K[s] = reading_K_[s];
+    if (errors_.doubts(s)) readings_K[s] -= own_offset_[s];
   }
+}
+
+/// The temperature of the air; of a machine without air that of the ambient next to a reading, or the reading where it
+/// lies between two.
+double Observer::surroundings_near(const VectorXd& row, double value) const {
+  if (air_ >= 0 && std::isfinite(row[air_])) return row[air_] - model_.machine.reference_C;
+  double coldest = std::numeric_limits<double>::infinity(), warmest = -coldest;
+  for (const int ambient : ambients_) {
+    const double around = row[ambient] - model_.machine.reference_C;
+    if (!std::isfinite(around)) continue;
+    coldest = std::min(coldest, around);
+    warmest = std::max(warmest, around);
+  }
+  return coldest > warmest ? value : std::clamp(value, coldest, warmest);
+}
+
+/// The offset that a first reading may have because too few others speak against it: one sensor cannot tell a warm
+/// machine from its own error, of two the one that is further off may be wrong.
+double Observer::doubt_of(const VectorXd& row, const std::vector<FirstReading>& readings, std::size_t i) const {
+  if (readings.size() >= enough_sensors) return 0.0;
+  const double value = readings[i].value, far = std::abs(value - surroundings_near(row, value));
+  return readings.size() == 1 ? far : std::min(far, std::abs(readings[0].value - readings[1].value));
+}
+
+/// One sensor alone says nothing of the temperature of the others: far from the surroundings it counts as a part that
+/// work has warmed, or as wrong.
+Observer::UniformStart Observer::start_of_one(const VectorXd& row, double value) const {
+  const double around = surroundings_near(row, value), far = std::abs(value - around);
+  if (far > start_uniform_K) return {around, start_uniform_K + 0.5 * far};
+  return {value, std::max(least_start_K, far)};
 }
 
 /// Of a rested machine sensors agree in the middle; one at work rests on the coldest of them, or on the air.
 /// @param without  a sensor that is left out
 std::vector<Observer::UniformStart> Observer::uniform_starts(const VectorXd& row, Index without) const {
+  const std::vector<FirstReading> readings = first_readings(0.0, without);
   std::vector<double> known;
-  for (const FirstReading& reading : first_readings(0.0, without)) known.push_back(reading.value);
+  for (const FirstReading& reading : readings) known.push_back(reading.value);
   const double middle = median(known), lowest = *std::min_element(known.begin(), known.end());
   std::vector<double> distances;
   for (const double value : known) distances.push_back(std::abs(value - middle));
   const auto std_of = [](double distance) { return std::max(least_start_K, distance); };
   std::vector<UniformStart> offered{{middle, std_of(1.5 * median(distances))},
                                     {lowest, std_of(0.25 * (middle - lowest))}};
+  if (readings.size() == 1) offered[0] = offered[1] = start_of_one(row, middle);
   if (air_ >= 0 && std::isfinite(row[air_])) {
     const double surroundings = row[air_] - model_.machine.reference_C;
     offered.push_back({surroundings, std_of(start_uniform_K + 0.25 * std::abs(lowest - surroundings))});
@@ -104,10 +139,13 @@ Observer::UniformStart Observer::uniform_start(const VectorXd& row) const {
   return best;
 }
 
-/// An input that stands at its default is one that nobody gives, see ErrorModel::start.
+/// An input that stands at its default is one that nobody gives, see ErrorModel::start. Too few sensors to check each
+/// other are checked by the air, where there is a column of it.
 VectorXd Observer::ambient_gap(const VectorXd& row, const UniformStart& uniform) const {
+  const bool air_counts = first_readings(0.0).size() < enough_sensors && !errors_.is_air_untold();
   VectorXd gap = VectorXd::Zero(std::ssize(ambients_));
   for (Index i = 0; i < gap.size(); ++i) {
+    if (ambients_[i] == air_ && air_counts) continue;
     const double standard = defaults_[ambients_[i]];
     if (row[ambients_[i]] == standard) gap[i] = uniform.middle + model_.machine.reference_C - standard;
   }
@@ -128,7 +166,7 @@ std::vector<ErrorModel::FirstReading> Observer::first_readings(double zero_K, In
 std::vector<char> Observer::explained_by_others(const VectorXd& row) const {
   std::vector<char> explained(reading_K_.size(), 0);
   const std::vector<FirstReading> readings = first_readings(0.0);
-  if (readings.size() < 3) return explained;
+  if (readings.size() < enough_sensors) return explained;
   // A part that work has not reached is as warm as what surrounds it.
   double coldest = clock_.sensors_state().head(std::ssize(model_.machine.sensors)).mean(), warmest = coldest;
   for (const int ambient : ambients_) {
@@ -171,6 +209,8 @@ void Observer::start(double time, const VectorXd& row) {
   const std::vector<FirstReading> readings = by_sensors ? first_readings(uniform.middle) : std::vector<FirstReading>{};
   errors_.start(uniform.std, readings,
                 by_sensors ? ambient_gap(row, uniform) : VectorXd(VectorXd::Zero(std::ssize(ambients_))));
+  const std::vector<FirstReading> whole = by_sensors ? first_readings(0.0) : std::vector<FirstReading>{};
+  for (std::size_t i = 0; i < whole.size(); ++i) errors_.doubt(whole[i].sensor, doubt_of(row, whole, i));
   innovations_.clear();
   for (const FirstReading& reading : readings)
     innovations_.push_back({reading.sensor, reading.value, 1.0, reading.value});
@@ -268,6 +308,7 @@ void Observer::settle() {
   bias_K_ = errors_.sensor_correction();
   bias_rate_ = errors_.sensor_correction_rate();
   unsure_rate_ = errors_.sensor_rate_std() + rate_error_share * bias_rate_.cwiseAbs();
+  for (Index s = 0; s < own_offset_.size(); ++s) own_offset_[s] = errors_.own_offset(s).value;
   correction_rate_ = errors_.correction_rate();
   corrected_at_ = step_end;
   trust_.correct(bias_K_ - expected);

@@ -83,6 +83,9 @@ private:
   void take_trusted(Eigen::VectorXd& readings_K) const;
   std::vector<UniformStart> uniform_starts(const Eigen::VectorXd& row, Eigen::Index without = -1) const;
   UniformStart uniform_start(const Eigen::VectorXd& row) const;
+  double surroundings_near(const Eigen::VectorXd& row, double value) const;
+  UniformStart start_of_one(const Eigen::VectorXd& row, double value) const;
+  double doubt_of(const Eigen::VectorXd& row, const std::vector<FirstReading>& readings, std::size_t i) const;
   Eigen::VectorXd ambient_gap(const Eigen::VectorXd& row, const UniformStart& uniform) const;
   std::vector<FirstReading> first_readings(double zero_K, Eigen::Index without = -1) const;
   std::vector<char> explained_by_others(const Eigen::VectorXd& row) const;
@@ -101,6 +104,7 @@ private:
   Eigen::VectorXd reading_C_, reading_K_, guide_K_;
   Eigen::VectorXd sensors_start_, shift_;
   Eigen::VectorXd bias_K_, bias_rate_, unsure_rate_;  ///< correction of predicted readings; its rate; its std
+  Eigen::VectorXd own_offset_;                        ///< of the readings themselves
   Eigen::VectorXd correction_rate_, corrected_;
   double corrected_at_ = 0;  ///< s
 

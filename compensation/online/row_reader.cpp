@@ -234,6 +234,17 @@ void RowReader::read_header(std::string_view header, const solver::Channels& cha
   }
   if (!has_time) throw InputError(name_ + ":1", "no column time_s", "a column time_s with the time of each row");
   tell_absent(seen, channels);
+  tell_single_sensor();
+}
+
+void RowReader::tell_single_sensor() {
+  const auto is_sensor = [](const Column& column) { return column.target == Column::Target::sensor; };
+  if (std::count_if(columns_.begin(), columns_.end(), is_sensor) != 1) return;
+  const Column& only = *std::find_if(columns_.begin(), columns_.end(), is_sensor);
+  options_.log(
+      fmt::format("warning: {}:1: {} is the only sensor: a constant error of it looks like a warm machine at the "
+                  "first row; std_um covers both until the following hours distinguish them",
+                  name_, only.name));
 }
 
 void RowReader::tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels) {

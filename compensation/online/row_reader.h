@@ -82,6 +82,9 @@ private:
   /// Inputs that the rows will never tell stay at their defaults, as if the machine stood still.
   void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels);
 
+  /// One sensor has no other to check it.
+  void tell_single_sensor();
+
   double number(std::string_view cell, const Column& column);
 
   /// Says that the number cannot be. @return the word for it in the status

@@ -12,6 +12,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+// A constant offset is named, and no longer named, from these multiples of its stated deviation and of its own on.
+constexpr double named_stated = 6.0, named_own = 5.0, unnamed = 3.0, least_stated_K = 0.03;
+
 VectorXd stated_deviations(const reduction::ReducedModel& model) {
   VectorXd deviation = VectorXd::Constant(model.system.sensors.rows(), 1.0);
   for (Index s = 0; s < std::min(deviation.size(), std::ssize(model.machine.sensors)); ++s) {
@@ -32,7 +35,8 @@ SensorTrust::SensorTrust(const reduction::ReducedModel& model, const solver::Cha
       check_(model.machine, channels),
       monitor_(stated_deviations(model)),
       drift_(stated_deviations(model)),
-      named_faults_(model.machine.sensors.size(), ReadingFault::none) {}
+      named_faults_(model.machine.sensors.size(), ReadingFault::none),
+      biased_(model.machine.sensors.size(), 0) {}
 
 void SensorTrust::take_out_inputs(VectorXd& given) {
   check_.take_out_inputs(given);
@@ -59,7 +63,27 @@ void SensorTrust::watch(double time, const VectorXd& reading_K, const VectorXd& 
   if (changed) name_sensors();
 }
 
+/// Whether a sensor in doubt since the start has an offset by now.
+bool SensorTrust::is_biased(const ErrorModel& errors, Index s) const {
+  if (!errors.doubts(s)) return false;
+  const ErrorModel::SensorOffset own = errors.own_offset(s);
+  const double stated = std::max(machine_.sensors[s].uncertainty, least_stated_K), size = std::abs(own.value);
+  return biased_[s] != 0 ? size > unnamed * std::max(stated, own.std)
+                         : size > std::max(named_stated * stated, named_own * own.std);
+}
+
+void SensorTrust::watch_offsets(const ErrorModel& errors) {
+  bool changed = false;
+  for (Index s = 0; s < std::ssize(biased_); ++s) {
+    const char biased = is_biased(errors, s) ? 1 : 0;
+    changed = changed || biased != biased_[s];
+    biased_[s] = biased;
+  }
+  if (changed) name_sensors();
+}
+
 void SensorTrust::watch_drift(double time, ErrorModel& errors) {
+  watch_offsets(errors);
   const auto sensors = std::ssize(machine_.sensors);
   VectorXd value = VectorXd::Constant(sensors, solver::not_given), deviation = value;
   for (Index s = 0; s < sensors; ++s) {
@@ -87,7 +111,8 @@ const char* SensorTrust::fault_of(Index s) const {
   if (check_.sensor(s) != ReadingFault::none) return fault_text(check_.sensor(s));
   if (monitor_.fault(s) == SensorFault::offset && reads_fahrenheit(s)) return fault_text(ReadingFault::fahrenheit);
   if (monitor_.fault(s) != SensorFault::none) return fault_text(monitor_.fault(s));
-  return drift_.drifts(s) ? "drift" : nullptr;
+  if (drift_.drifts(s)) return "drift";
+  return biased_[s] != 0 ? fault_text(SensorFault::offset) : nullptr;
 }
 
 void SensorTrust::name_sensors() {

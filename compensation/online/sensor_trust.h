@@ -29,7 +29,7 @@ public:
   /// Finds sensors that have failed, see SensorMonitor::judge.
   void watch(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K, bool inputs_leapt,
              const Eigen::VectorXd& unsure_K_s);
-  /// Finds sensors that drift, and removes their influence from the estimate.
+  /// Finds sensors that drift, and removes their influence from the estimate; names offsets of sensors in doubt.
   void watch_drift(double time, ErrorModel& errors);
   void explain_first(std::vector<char> explained) { monitor_.explain_first(std::move(explained)); }
   /// See SensorMonitor::correct.
@@ -48,6 +48,8 @@ public:
 private:
   bool reads_fahrenheit(Eigen::Index sensor) const;
   const char* fault_of(Eigen::Index sensor) const;
+  bool is_biased(const ErrorModel& errors, Eigen::Index sensor) const;
+  void watch_offsets(const ErrorModel& errors);
   void name_sensors();
 
   const mesh::Machine& machine_;
@@ -56,6 +58,7 @@ private:
   SensorMonitor monitor_;
   DriftWatch drift_;
   std::vector<ReadingFault> named_faults_;  ///< (sensors) that failed_sensors tells of
+  std::vector<char> biased_;  ///< (sensors) 1: has a constant offset since the start, and is used without it
   std::string failed_sensors_, failed_inputs_;
 };
 

@@ -19,10 +19,10 @@ using nlohmann::json;
 /// Half a second apart: X moves after a while, a sensor is in kelvin, and three rows cannot be read whole.
 std::string some_rows() {
   std::string text = "time_s,spindle.speed_rpm,axis.X.position_mm,air.T_C,T1_C,T2_C\n";
-  text += ",6000,0,20,25,25\n";
+  text += ",6000,0,25,25,25\n";
   for (int i = 0; i < 40; ++i)
-    text += fmt::format("{},6000,{},20,{},25\n", 100 + 0.5 * i, i < 30 ? 0 : 12 * (i - 29), i < 20 ? "25" : "298.15");
-  return text + "130,fast,120,20,25,\n,6000,120,20,25,25\n131,6000,120\n3600,6000,120,20,25,25\n";
+    text += fmt::format("{},6000,{},25,{},25\n", 100 + 0.5 * i, i < 30 ? 0 : 12 * (i - 29), i < 20 ? "25" : "298.15");
+  return text + "130,fast,120,25,25,\n,6000,120,25,25,25\n131,6000,120\n3600,6000,120,25,25,25\n";
 }
 
 std::vector<json> objects(const std::string& text) {

@@ -132,6 +132,27 @@ TEST(ControlTwinSensors, FailedSensorsAndAWarmStartGiveItToo) {
   }
 }
 
+// Sensors that no others check: a constant error from the first row on, and a start in the middle of work.
+TEST(ControlTwinSensors, OneSensorAndTwoGiveItToo) {
+  const test::Truth truth = other_machine(6, 60.0, 10 * 3600.0);
+  for (const std::size_t first : {std::size_t{0}, std::size_t{150}}) {
+    for (const Eigen::Index kept : {1, 2}) {
+      test::Uniform noise(6);
+      Beside both;
+      for (std::size_t i = first; i < truth.time.size(); ++i) {
+        VectorXd reading = noisy(truth.readings_C[i], noise);
+        reading[0] += 8.0;
+        reading.tail(reading.size() - kept).setConstant(missing);
+        both.step(truth.time[i], truth.rows[i], reading);
+      }
+      EXPECT_LT(both.worst, 1e-5) << first << " " << kept;
+      EXPECT_LT(both.worst_std, 1e-5) << first << " " << kept;
+      EXPECT_EQ(both.others, 0) << first << " " << kept;
+      EXPECT_TRUE(both.statuses.count("sensor_failed")) << first << " " << kept;
+    }
+  }
+}
+
 TEST(ControlTwinSensors, LongAndUnevenRowsGiveItToo) {
   test::Uniform number(6);
   const test::Truth truth = other_machine(6, 30.0, 10 * 3600.0);
