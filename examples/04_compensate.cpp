@@ -7,12 +7,15 @@
 // scheme, with parameters perturbed within their stated uncertainty, and noise on its sensors.
 //
 // Usage: 04_compensate [CASE [MODEL]]    MODEL: of the same machine, from example 3; default model.rom.h5
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/measurement/virtual_measurement.h"
+#include "compensation/online/axis_reach.h"
 #include "compensation/online/compensator.h"
+#include "compensation/online/output_map.h"
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/units.h"
@@ -50,11 +53,14 @@ int run(const char* folder, const char* file) {
   const Eigen::MatrixXd inputs = compensation::compensator_rows(record, machine, channels, replay);
   const Eigen::MatrixXd readings_C = compensation::sensor_readings(record, machine);
 
-  // 3. The loop of a control. offset_um is for the row's own position. tcp() is the predicted error at any pose: the
-  //    machine may be elsewhere than where it is judged.
+  // 3. The loop of a control. offset_um is for the row's own position. tcp() is the predicted error at any pose, and
+  //    OutputMap gives the offsets that cancel it there: the machine may be elsewhere than where it is judged. The
+  //    offsets act through the linear axes: an error in a direction that none of them moves stays.
   compensation::CompensatorOptions options;
   options.start_C = compensation::start_temperature(record, machine);
   compensation::Compensator compensator(model, options);
+  const compensation::OutputMap map(model);
+  const compensation::AxisReach reach(machine, pose);
   const Eigen::VectorXd time_s = record.time();
   Eigen::Matrix3Xd error_um(3, time_s.size()), left_um(3, time_s.size());
   for (int axis = 0; axis < 3; ++axis)
@@ -63,7 +69,7 @@ int run(const char* folder, const char* file) {
               mesh::format_pose(machine, pose).c_str(), compensator.axes().front().c_str());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     const compensation::Offsets& offsets = compensator.step(time_s[i], inputs.row(i), readings_C.row(i));
-    left_um.col(i) = error_um.col(i) - compensator.tcp(pose).error.head<3>() / units::um;
+    left_um.col(i) = error_um.col(i) + reach.motion(map.offsets(compensator.tcp(pose))) / units::um;
     if (i % 10 == 0) {
       const Eigen::Vector3d before = error_um.col(i), after = left_um.col(i);
       std::printf("%8.2f  %7.1f %7.1f %7.1f  %7.1f %7.1f %7.1f  %7.1f +- %.1f  %s\n", time_s[i] / units::hour,
@@ -80,7 +86,19 @@ int run(const char* folder, const char* file) {
   const double before = std::sqrt(error_um.squaredNorm() / time_s.size()),
                after = std::sqrt(left_um.squaredNorm() / time_s.size());
   std::printf("RMS %.1f um -> %.1f um, %.0f %% removed\n", before, after, 100.0 * (1.0 - after / before));
-  return after < 0.3 * before ? 0 : 1;
+  double stays = 0.0;
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) stays += reach.unmoved(error_um.col(i)).squaredNorm();
+  stays = std::sqrt(stays / time_s.size());
+  const double moved_before = std::sqrt(before * before - stays * stays),
+               moved_after = std::sqrt(std::max(0.0, after * after - stays * stays));
+  if (!reach.unmoved_directions().empty()) {
+    std::printf(
+        "No axis moves the tool along %s: %.1f um RMS stay there. In the directions that axes move, %.1f um "
+        "become %.1f um, %.0f %% removed.\n",
+        reach.unmoved_directions().c_str(), stays, moved_before, moved_after,
+        100.0 * (1.0 - moved_after / moved_before));
+  }
+  return moved_after < 0.3 * moved_before ? 0 : 1;
 }
 
 }  // namespace

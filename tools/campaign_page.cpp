@@ -45,22 +45,23 @@ std::string headline(const CampaignResults& r) {
 
 std::string next_steps(const CampaignResults& r) {
   const std::string folder = core::shell_word(r.options.case_path), out = core::shell_word(r.options.out),
-                    load = r.loads.front().name();
+                    load = r.loads.front().name(),
+                    mesh = mesh_words(r.options.size, r.options.mesh_order, r.options.solver);
   const core::NextStep look{"Fields of one load for ParaView:",
-                            fmt::format("thermotwin simulate {} --load {} --out {}", folder, load, out)};
+                            fmt::format("thermotwin simulate {} --load {}{} --out {}", folder, load, mesh, out)};
   if (r.full == nullptr) {
     return core::html_next_steps(
         {look,
          {"The same load by the full model, to compare with:",
-          fmt::format("thermotwin campaign {} --load {} --out {}", folder, load, out)},
+          fmt::format("thermotwin campaign {} --load {}{} --out {}", folder, load, mesh, out)},
          {"Offsets for the rows of a load:",
           fmt::format("thermotwin compensate {} --in {}/campaign_reduced/{}/inputs.csv --out offsets.csv",
                       core::shell_word(r.options.model.empty() ? r.options.out / "model.rom.h5" : r.options.model), out,
                       load)}});
   }
   return core::html_next_steps(
-      {{"A reduced model from this campaign; finished loads are not run again:",
-        fmt::format("thermotwin reduce {} --resume --out {}", folder, out)},
+      {{"A reduced model; it needs the temperatures of all nodes, so the loads are run again:",
+        fmt::format("thermotwin reduce {}{} --out {}", folder, mesh, out)},
        look,
        {"Other load programs in seconds, once the model is reduced:",
         fmt::format("thermotwin campaign {} --reduced --load {} --out {}", folder, load, out)}});

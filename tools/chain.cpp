@@ -117,6 +117,19 @@ void compare_heldout(ReducedCase& made, const mesh::Machine& machine, const std:
   }
 }
 
+/// The one of all campaigns with the largest TCP error; empty: there is none.
+std::string largest_load(const std::vector<const std::vector<solver::LoadResult>*>& campaigns) {
+  std::string name;
+  double largest = -1.0;
+  for (const std::vector<solver::LoadResult>* results : campaigns) {
+    for (const solver::LoadResult& result : *results) {
+      const double error = reduction::largest_translation(result.tcp);
+      if (error > largest) largest = error, name = result.load;
+    }
+  }
+  return name;
+}
+
 }  // namespace
 
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
@@ -143,6 +156,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto trained = solver::run_campaign(full, training, options);
   made.campaign_seconds = campaign_time.seconds();
   made.loads = training.size() + heldout.size();
+  made.largest_load = largest_load({&trained, &held});
 
   reduction::ReduceOptions reduce_options = wanted;
   reduce_options.tolerance_um = machine_case.tolerance_um;

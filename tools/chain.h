@@ -69,6 +69,7 @@ struct ReducedCase {
   std::vector<reduction::SensorError> sensors;     ///< of the held-out loads, one load after another
   double campaign_seconds = 0;
   std::size_t loads = 0, poses = 0;
+  std::string largest_load;  ///< that with the largest TCP error of the campaign
 };
 
 /// Campaign on the training and held-out loads, reduction, errors on the held-out ones; writes

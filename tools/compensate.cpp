@@ -201,15 +201,27 @@ private:
 };
 
 /// What the probed errors say of the offsets, and of the temperature sensors: the same rows without them.
-struct Probed {
+class Probed {
+public:
   long values = 0;
   double before_um = 0, left_um = 0, std_um = 0;  ///< std_um: of a probed value
+  long unmoved = 0;                               ///< values in directions that no axis moves
+  double unmoved_um = 0;
   std::optional<double> left_without_sensors_um;
 
-  std::string sentence() const {
+  std::string sentence() const { return unmoved_words() + moved_words(); }
+
+private:
+  std::string unmoved_words() const {
+    if (unmoved == 0) return "";
+    return fmt::format("; {} probed values in directions that no axis moves: RMS {:.2f} um, which stays", unmoved,
+                       unmoved_um);
+  }
+
+  std::string moved_words() const {
     if (values == 0) return "";
-    std::string text =
-        fmt::format("; {} probed values: RMS {:.2f} um, {:.2f} um with the offsets", values, before_um, left_um);
+    std::string text = fmt::format("; {} probed values{}: RMS {:.2f} um, {:.2f} um with the offsets", values,
+                                   unmoved > 0 ? " in those that axes move" : "", before_um, left_um);
     if (!left_without_sensors_um) return text;
     text += fmt::format(", {:.2f} um without temperature sensors", *left_without_sensors_um);
     if (left_um > sensors_worsen * *left_without_sensors_um && left_um > *left_without_sensors_um + 0.5 * std_um) {
@@ -222,7 +234,13 @@ struct Probed {
 };
 
 Probed probed_of(const CompensateOptions& options, const compensation::StreamSummary& done) {
-  Probed probed{done.probed, done.probed_rms_um, done.left_rms_um, options.probe_std_um, {}};
+  Probed probed;
+  probed.values = done.probed;
+  probed.before_um = done.probed_rms_um;
+  probed.left_um = done.left_rms_um;
+  probed.std_um = options.probe_std_um;
+  probed.unmoved = done.probed_unmoved;
+  probed.unmoved_um = done.unmoved_rms_um;
   // Rows that went on from a state cannot be run again from their start.
   if (done.probed == 0 || options.no_sensors || !options.state.empty() || !can_be_read_again(options)) return probed;
   compensation::ControlOptions blind = core_options(options);
@@ -263,6 +281,10 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
                          {"not_ok", done.not_ok}, {"seconds", seconds},
                          {"order", order},        {"peak_memory_GiB", memory},
                          {"probed", entered},     {"offsets", options.out.string()}};
+  if (probed.unmoved > 0) {
+    json["probed_unmoved"] = probed.unmoved;
+    json["probed_unmoved_rms_um"] = probed.unmoved_um;
+  }
   if (probed.values > 0) {
     json["probed_rms_um"] = probed.before_um;
     json["probed_left_rms_um"] = probed.left_um;

@@ -56,12 +56,14 @@ std::string headline(const compensation::Evaluation& e) {
   const compensation::Standing& best = e.leaderboard.front();
   const std::string where = best.seen_by_fit ? "on its training rows; nothing was held out" : "on held-out data";
   const core::Tone tone = best.seen_by_fit || best.reduction_percent < 20.0 ? core::Tone::warn : core::Tone::good;
-  std::vector<std::string> sentences{fmt::format("{} removes {:.1f}&#8239;% of the RMS of the thermal error {}.",
-                                                 core::xml_text(best.model), best.reduction_percent, where)};
+  std::vector<std::string> sentences{
+      fmt::format("Subtracting the prediction of {} removes {:.1f}&#8239;% of the RMS of the thermal error {}.",
+                  core::xml_text(best.model), best.reduction_percent, where)};
   for (const compensation::Standing& standing : e.leaderboard) {
     if (&standing == &best || standing.model != "reduced_model_sensors") continue;
     sentences.push_back(
-        fmt::format("The reduced model with sensors, which was not fitted to this measurement, removes {:.1f}&#8239;%.",
+        fmt::format("That of the reduced model with sensors, which was not fitted to this measurement, removes "
+                    "{:.1f}&#8239;%.",
                     standing.reduction_percent));
   }
   if (best.model == "static_regression")
@@ -137,7 +139,8 @@ std::string evaluation_page(const EvaluateOptions& options, const compensation::
               "RMS removed",
               "orange: the twin of the machine; grey: the static regression; blue: models fitted to the training rows. "
               "All models are judged on the same rows: 1 - root of the summed mean squares after over those before. A "
-              "rotation counts as the displacement at 300 mm; what a model does not predict counts as not compensated.",
+              "rotation counts as the displacement at 300 mm; what a model does not predict counts as not compensated. "
+              "Offsets of the axes remove the predicted error only in directions that a linear axis moves.",
               core::html_wide(880, compensation::leaderboard_svg(e))) +
           channels(e) + notes(e) + next_steps(options));
 }

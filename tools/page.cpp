@@ -30,6 +30,14 @@ void write_page(const std::filesystem::path& file, const std::function<std::stri
   }
 }
 
+std::string mesh_words(const std::string& size, int mesh_order, const std::string& solver) {
+  std::string words;
+  if (!size.empty()) words += " --size " + core::shell_word(size);
+  if (mesh_order > 0) words += fmt::format(" --mesh-order {}", mesh_order);
+  if (solver != "auto") words += " --solver " + solver;
+  return words;
+}
+
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
                                         const std::vector<std::filesystem::path>& data,
                                         const std::filesystem::path& model, const std::filesystem::path& out) {
@@ -98,19 +106,26 @@ std::string loads_section(const std::vector<solver::LoadProgram>& loads, const s
 std::string traces_section(const std::vector<compensation::ValidationTrace>& traces) {
   if (traces.empty()) return "";
   std::vector<std::pair<std::string, std::string>> items;
-  double inside = 0.0, values = 0.0;
+  Eigen::Index inside = 0, values = 0;
+  double noise_um = 0.0;
   for (const compensation::ValidationTrace& trace : traces) {
-    inside += (trace.left_um.array().abs() <= 2.0 * trace.std_um.array()).count();
-    values += trace.left_um.array().isFinite().count();
+    const auto [stated, within] = trace.coverage();
+    values += stated, inside += within;
+    noise_um = std::max(noise_um, trace.noise_um.maxCoeff());
     items.emplace_back(fmt::format("{}, machine {}, {}", trace.load, trace.draw + 1, trace.pose),
                        compensation::trace_svg(trace));
   }
+  const std::string covered =
+      values == 0 ? ""
+                  : fmt::format(
+                        "<p class=\"below\">{:.0f}&#8239;% of the residuals in the directions that axes move "
+                        "lie within the band, to which the noise of the measured values contributes its "
+                        "standard deviation of {:.2g}&#8239;µm. About 95&#8239;% do where the stated "
+                        "uncertainty is right.</p>\n",
+                        100.0 * inside / values, noise_um);
   return core::html_section("Error over time, without and with compensation",
                             "on a machine measured virtually, at check points off the pose grid of the model",
-                            compensation::trace_legend() + core::html_choice("trace", "check point", items) +
-                                fmt::format("<p class=\"below\">{:.0f}&#8239;% of all residuals here lie within the "
-                                            "band; about 95&#8239;% do where the stated uncertainty holds.</p>\n",
-                                            values > 0.0 ? 100.0 * inside / values : 0.0));
+                            compensation::trace_legend() + core::html_choice("trace", "check point", items) + covered);
 }
 
 }  // namespace thermotwin::tools

@@ -19,6 +19,9 @@ namespace thermotwin::tools {
 /// Writes what `make` returns; where that fails, a warning says why and no page is left.
 void write_page(const std::filesystem::path& file, const std::function<std::string()>& make);
 
+/// Options of mesh and solver as they were given, each after a blank, for a command that goes on.
+std::string mesh_words(const std::string& size, int mesh_order, const std::string& solver);
+
 /// What may follow a diagnosis. @param folder, model  empty: none was given  @param data  one or more records
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
                                         const std::vector<std::filesystem::path>& data,

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -119,7 +120,7 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, bool 
   return compensation::read_measurement(folder);
 }
 
-/// Temperature and deformation of one training load at its warmest output, and the poses' errors.
+/// Temperature and deformation of one load when its error in mid-workspace is largest, and the poses' errors.
 void write_pictures(const solver::FullModel& full, const solver::Case& machine_case, const std::filesystem::path& out,
                     const std::string& load) {
   const mesh::Machine& machine = machine_case.machine;
@@ -128,15 +129,15 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
   const auto poses = mesh::workspace_poses(machine);
   options.poses = {poses[poses.size() / 2]};
   const solver::LoadResult result = solver::run_campaign(full, {machine_case.load(load)}, options).front();
-  Eigen::Index warmest = 0;
+  Eigen::Index worst = 0;
   const Eigen::VectorXd dz = result.tcp.column("dz_um"), dy = result.tcp.column("dy_um"),
                         dx = result.tcp.column("dx_um");
-  (dx.array().square() + dy.array().square() + dz.array().square()).maxCoeff(&warmest);
-  const Eigen::VectorXd state = result.snapshots.col(warmest);
+  (dx.array().square() + dy.array().square() + dz.array().square()).maxCoeff(&worst);
+  const Eigen::VectorXd state = result.snapshots.col(worst);
   const Eigen::VectorXd temperature_C = (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix();
   const mesh::Pose& pose = options.poses.front();
   const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
-  const double time = result.sensors.values(warmest, 0);
+  const double time = result.sensors.values(worst, 0);
 
   std::vector<solver::TcpError> errors;
   for (const mesh::Pose& p : poses) {
@@ -236,6 +237,12 @@ void add_reduced(const ReducedCase& made, Eigen::Index unknowns, Findings& found
   }
 }
 
+/// Null where the machine has no linear axis.
+nlohmann::json moved_median(const compensation::Validation& validation, const std::string& load) {
+  const double removed = compensation::quantile(validation.moved_reductions(load, compensation::With::sensors), 0.5);
+  return std::isfinite(removed) ? nlohmann::json(removed) : nlohmann::json();
+}
+
 /// An unseen program on one machine that is measured virtually.
 compensation::Validation compensate_unseen(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                            const std::filesystem::path& out, Findings& found) {
@@ -248,20 +255,23 @@ compensation::Validation compensate_unseen(const solver::Case& machine_case, con
   compensation::Validation validation = compensation::validate_online(machine_case, model, options);
   const std::string& unseen = options.loads.front();
   const double bare = validation.median_reduction(unseen, false), sensed = validation.median_reduction(unseen, true);
-  double before = 0, after = 0;
-  for (const auto& row : validation.rows) {
-    before += row.rms_before_um * row.rms_before_um / validation.rows.size();
-    after += row.rms_sensors_um * row.rms_sensors_um / validation.rows.size();
-  }
+  using compensation::ValidationRow;
   found.text += fmt::format(
       "compensated {} on a virtual machine ({} nodes, perturbed parameters, noise), {} check points:\n            RMS "
       "{:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
-      unseen, validation.measured_nodes, validation.rows.size(), std::sqrt(before), std::sqrt(after), sensed, bare,
-      step.seconds());
+      unseen, validation.measured_nodes, validation.rows.size(), validation.rms(unseen, &ValidationRow::rms_before_um),
+      validation.rms(unseen, &ValidationRow::rms_sensors_um), sensed, bare, step.seconds());
+  if (const std::string stays = validation.unmoved_sentence(unseen); !stays.empty())
+    found.text += "            " + stays + "\n";
   const std::string mesh = about_measured_mesh(model, validation.measured_nodes);
   found.text += "            measured on " + mesh + "\n";
-  found.json["compensation"] = {
-      {"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}, {"measured_mesh", mesh}};
+  found.json["compensation"] = {{"load", unseen},
+                                {"reduction_percent", sensed},
+                                {"reduction_no_sensors_percent", bare},
+                                {"unmoved_directions", validation.unmoved_directions},
+                                {"unmoved_rms_um", validation.rms(unseen, &ValidationRow::rms_unmoved_um)},
+                                {"reduction_moved_percent", moved_median(validation, unseen)},
+                                {"measured_mesh", mesh}};
   return validation;
 }
 
@@ -304,7 +314,7 @@ void run(const RunOptions& options) {
 
   const compensation::Validation validation = compensate_unseen(machine_case, made.model, options.out, found);
   const diagnosis::Diagnosis diagnosed = diagnose_measurement(machine_case, full, made.model, options, found);
-  write_pictures(full, machine_case, options.out, machine_case.train.back());
+  write_pictures(full, machine_case, options.out, made.largest_load);
 
   if (const auto drift = measured_drift()) {
     found.text +=

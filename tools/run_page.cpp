@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/file.h"
 #include "core/html_page.h"
@@ -18,29 +17,23 @@
 namespace thermotwin::tools {
 namespace {
 
-double rms(const std::vector<compensation::ValidationRow>& rows, double compensation::ValidationRow::*value) {
-  double sum = 0.0;
-  for (const compensation::ValidationRow& row : rows) sum += row.*value * row.*value;
-  return rows.empty() ? 0.0 : std::sqrt(sum / rows.size());
-}
-
 double largest_error(const ReducedCase& made) {
   double largest = 0.0;
   for (const reduction::ReductionErrors& e : made.model.errors) largest = std::max(largest, e.max_um);
   return largest;
 }
 
-std::string headline(const RunResults& r, double before, double after) {
+std::string headline(const RunResults& r) {
   using compensation::ValidationRow;
   const std::string& load = r.validation.rows.front().load;
   const double removed = r.validation.median_reduction(load, true);
   const core::Tone tone = removed > 50.0 ? core::Tone::good : core::Tone::warn;
-  std::string page = core::html_finding(
-      tone, "compensation",
-      {fmt::format(
-          "Compensation removes {:.1f}&#8239;% of the TCP error of the unseen program {}: {:.1f} µm RMS become "
-          "{:.1f} µm.",
-          removed, core::xml_text(load), before, after)});
+  std::vector<std::string> sentences{fmt::format(
+      "Compensation removes {:.1f}&#8239;% of the TCP error of the unseen program {}: {:.1f} µm RMS become {:.1f} µm.",
+      removed, core::xml_text(load), r.validation.rms(load, &ValidationRow::rms_before_um),
+      r.validation.rms(load, &ValidationRow::rms_sensors_um))};
+  if (const std::string stays = r.validation.unmoved_sentence(load, "µm"); !stays.empty()) sentences.push_back(stays);
+  const std::string page = core::html_finding(tone, "compensation", sentences);
   std::vector<std::string> tiles{
       core::html_tile("nodes of the full model", std::to_string(r.full.mesh.nodes()),
                       fmt::format("{} bodies, {} joints", r.machine_case.machine.bodies.size(),
@@ -59,10 +52,13 @@ std::string headline(const RunResults& r, double before, double after) {
 std::string compensation_section(const RunResults& r) {
   std::vector<std::vector<std::string>> rows{{"check point", "RMS before um", "model alone um", "surroundings known um",
                                               "with sensors um", "largest before um", "largest after um"}};
+  const bool stays = !r.validation.unmoved_directions.empty();
+  if (stays) rows.front().push_back("no axis moves um");
   for (const compensation::ValidationRow& row : r.validation.rows) {
     rows.push_back({row.pose, fmt::format("{:.2f}", row.rms_before_um), fmt::format("{:.2f}", row.rms_model_um),
                     fmt::format("{:.2f}", row.rms_told_um), fmt::format("{:.2f}", row.rms_sensors_um),
                     fmt::format("{:.2f}", row.largest_before_um), fmt::format("{:.2f}", row.largest_sensors_um)});
+    if (stays) rows.back().push_back(fmt::format("{:.2f}", row.rms_unmoved_um));
   }
   return core::html_section("Compensation in numbers",
                             fmt::format("{} on a machine measured virtually: {} nodes, perturbed parameters, noise",
@@ -115,10 +111,8 @@ std::string run_page(const RunResults& r) {
   names.insert(names.end(), r.machine_case.holdout.begin(), r.machine_case.holdout.end());
   const std::vector<solver::LoadProgram> loads = load_programs(r.machine_case, names);
   solver::MachineScene scene = reduced_scene(r.full, r.made.model, r.made.summary.basis, loads);
-  scene.first_load = r.machine_case.train.back();  // that of machine.png
+  scene.first_load = r.made.largest_load;  // that of machine.png
   solver::write_scene(r.options.out / "scene.bin", scene, scene_stamp(r.made.model));
-  const double before = rms(r.validation.rows, &compensation::ValidationRow::rms_before_um),
-               after = rms(r.validation.rows, &compensation::ValidationRow::rms_sensors_um);
   const bool judged = !r.validation.rows.empty();
   const std::string& name = r.machine_case.machine.name;
   return core::html_document(
@@ -126,9 +120,9 @@ std::string run_page(const RunResults& r) {
       core::html_title("Thermal twin of " + name,
                        fmt::format("mesh size {}; fields and errors by the reduced model of order {}",
                                    r.machine_case.size, r.made.summary.order)) +
-          (judged ? headline(r, before, after) : "") + solver::machine_scene_html(scene) +
-          traces_section(r.validation.traces) + (judged ? compensation_section(r) : "") + diagnosis_section(r) +
-          reduced_section(r) + loads_section(loads, scene) + mesh_section(r.full) + next_steps(r));
+          (judged ? headline(r) : "") + solver::machine_scene_html(scene) + traces_section(r.validation.traces) +
+          (judged ? compensation_section(r) : "") + diagnosis_section(r) + reduced_section(r) +
+          loads_section(loads, scene) + mesh_section(r.full) + next_steps(r));
 }
 
 }  // namespace thermotwin::tools

@@ -32,9 +32,13 @@ using nlohmann::json;
 json results(const compensation::PowerOffStudy& study) {
   json found;
   for (const auto& row : study.rows) {
-    found["rows"].push_back(
-        {{"draw", row.draw}, {"off_h", row.off_h}, {"before_um", row.before_um}, {"left_um", row.left_um}});
+    found["rows"].push_back({{"draw", row.draw},
+                             {"off_h", row.off_h},
+                             {"before_um", row.before_um},
+                             {"left_um", row.left_um},
+                             {"unmoved_um", row.unmoved_um}});
   }
+  found["unmoved_directions"] = study.unmoved_directions;
   const char* const moments[] = {"left_percent_return", "left_percent_30_min", "left_percent_2_h"};
   for (int k = 0; k < 3; ++k) {
     found[moments[k]] = {{"median", quantile(study.left_percent(k), 0.5)},
@@ -66,7 +70,8 @@ json results(const compensation::Validation& validation) {
                              {"rms_before_um", row.rms_before_um},
                              {"rms_model_um", row.rms_model_um},
                              {"rms_told_um", row.rms_told_um},
-                             {"rms_sensors_um", row.rms_sensors_um}});
+                             {"rms_sensors_um", row.rms_sensors_um},
+                             {"rms_unmoved_um", row.rms_unmoved_um}});
     if (found["median_reduction_percent"].contains(row.load)) continue;
     const std::vector<double> with = validation.reductions(row.load, compensation::With::sensors);
     found["median_reduction_percent"][row.load] = {
@@ -75,7 +80,11 @@ json results(const compensation::Validation& validation) {
         {"with_sensors", quantile(with, 0.5)}};
     found["p10_reduction_percent"][row.load] = quantile(with, 0.1);
     found["median_cut_percent"][row.load] = quantile(validation.cuts(row.load), 0.5);
+    const std::vector<double> moved = validation.moved_reductions(row.load, compensation::With::sensors);
+    found["median_reduction_moved_percent"][row.load] = quantile(moved, 0.5);
+    found["p10_reduction_moved_percent"][row.load] = quantile(moved, 0.1);
   }
+  found["unmoved_directions"] = validation.unmoved_directions;
   return found;
 }
 
@@ -201,8 +210,11 @@ std::vector<compensation::MeasuredLoad> measured_loads(const ValidateOptions& op
 void validate(const ValidateOptions& options) {
   require_draws(options);
   const solver::Case machine_case = open_case(options.case_path, "", 0);
-  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   const compensation::ValidationOptions settings = validation_settings(options, machine_case);
+  compensation::require_check_points(machine_case);
+  // Refused before a campaign for the model.
+  if (!options.power_off) compensation::validation_loads(machine_case, settings);
+  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   using compensation::ValidationOptions;
   if (options.power_off) {
     on_truths<compensation::PowerOffStudy>(options, settings, model, [&](const ValidationOptions& how) {

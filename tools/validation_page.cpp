@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "compensation/evaluation/validation_plots.h"
@@ -27,16 +26,6 @@ std::string page_of(const ValidationHead& head, const std::string& subject, cons
                  body);
 }
 
-/// Over all machines and check points.
-double rms_of(const compensation::Validation& study, const std::string& load,
-              double compensation::ValidationRow::*value) {
-  double sum = 0.0;
-  long count = 0;
-  for (const compensation::ValidationRow& row : study.rows)
-    if (row.load == load) sum += row.*value * row.*value, ++count;
-  return count > 0 ? std::sqrt(sum / count) : 0.0;
-}
-
 std::string dots_section(const std::string& heading, const std::string& svg) {
   return core::html_section(heading,
                             "a dot a machine; the stroke is the median, its number on top, the bar reaches from the "
@@ -54,6 +43,18 @@ std::string model_words(const ValidateOptions& options) {
   return options.model.empty() ? core::shell_word(options.out / "model.rom.h5") : core::shell_word(options.model);
 }
 
+/// What makes the measured machines, as it was given.
+std::string machine_words(const ValidateOptions& options) {
+  const ValidateOptions usual;
+  std::string words;
+  for (const std::string& load : options.loads) words += " --load " + core::shell_word(load);
+  if (options.perturb != usual.perturb) words += " --perturb " + options.perturb;
+  if (options.size_factor != usual.size_factor) words += fmt::format(" --measured-size {:g}", options.size_factor);
+  if (options.coolant_rise) words += " --coolant";
+  if (!options.reference.empty()) words += " --truth " + core::shell_word(options.reference);
+  return words;
+}
+
 struct Study {
   const char *why, *flags;
 };
@@ -62,8 +63,8 @@ std::string next_steps(const ValidateOptions& options, const std::vector<Study>&
   std::vector<core::NextStep> steps;
   for (const auto& [why, flags] : studies) {
     steps.push_back(
-        {why, fmt::format("thermotwin validate {} --model {} {} --out {}", core::shell_word(options.case_path),
-                          model_words(options), flags, core::shell_word(options.out))});
+        {why, fmt::format("thermotwin validate {} --model {}{} {} --out {}", core::shell_word(options.case_path),
+                          model_words(options), machine_words(options), flags, core::shell_word(options.out))});
   }
   steps.push_back({"Beside a control, row by row:",
                    fmt::format("thermotwin compensate {} --in rows.csv --out offsets.csv", model_words(options))});
@@ -92,7 +93,8 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
         "With sensors, compensation removes {:.1f}&#8239;% of the RMS of the TCP error in {} (median of {} machine{}; "
         "10th percentile {:.1f}&#8239;%): {:.1f} µm become {:.1f} µm.",
         median, core::xml_text(load), removed.size(), removed.size() == 1 ? "" : "s", quantile(removed, 0.1),
-        rms_of(main, load, &ValidationRow::rms_before_um), rms_of(main, load, &ValidationRow::rms_sensors_um)));
+        main.rms(load, &ValidationRow::rms_before_um), main.rms(load, &ValidationRow::rms_sensors_um)));
+    if (const std::string stays = main.unmoved_sentence(load, "µm"); !stays.empty()) sentences.push_back(stays);
     tiles.push_back(core::html_tile(core::xml_text(load) + ", sensors", fmt::format("{:.1f}&#8239;%", median),
                                     "median RMS removed"));
     tiles.push_back(core::html_tile(core::xml_text(load) + ", no sensors",
@@ -107,7 +109,8 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
           traces_section(main.traces) +
           tables(rows, full != nullptr ? &of_full : nullptr,
                  "Columns without % are RMS in µm. Surroundings known: without sensors, with every ambient at the "
-                 "hall temperature. Cut by sensors: share of that residual which the sensors remove.") +
+                 "hall temperature. Cut by sensors: share of that residual which the sensors remove" +
+                     std::string(main.unmoved_directions.empty() ? "." : ", in the directions that axes move.")) +
           next_steps(head.options, {more_machines, power_off}));
 }
 
@@ -129,9 +132,11 @@ std::string validation_page(const ValidationHead& head, const compensation::Powe
       "(medians "
       "of {} machines).",
       early, late, main.rows.size());
+  std::vector<std::string> sentences{finding};
+  if (const std::string stays = main.unmoved_sentence(); !stays.empty()) sentences.push_back(stays);
   return page_of(
       head, "Return from a power-off",
-      core::html_finding(early < 50.0 ? core::Tone::good : core::Tone::warn, "unknown state at the return", {finding}) +
+      core::html_finding(early < 50.0 ? core::Tone::good : core::Tone::warn, "unknown state at the return", sentences) +
           core::html_tiles(tiles) +
           dots_section("Residual after the return",
                        compensation::dots_svg("Residual after the return",

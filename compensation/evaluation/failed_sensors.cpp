@@ -13,6 +13,7 @@
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/validation.h"
+#include "compensation/online/axis_reach.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -63,12 +64,16 @@ std::set<std::string> names(const std::string& failed) {
 struct Judged {
   const Measurement& measurement;
   std::vector<mesh::Pose> poses;
-  std::vector<Eigen::Matrix3Xd> measured;
+  std::vector<Eigen::Matrix3Xd> measured;  ///< the part that linear axes move
 
   Judged(const Measurement& m, const mesh::Machine& machine) : measurement(m) {
     measured = detail::measured_translations(m, machine, poses);
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      const AxisReach reach(machine, poses[p]);
+      for (auto truth : measured[p].colwise()) truth -= reach.unmoved(truth);
+    }
   }
-  /// Share of the RMS over the check points that predictions remove from a row on, percent.
+  /// Share of the RMS over the check points that the offsets remove from a row on, percent.
   double removed(const std::vector<std::vector<solver::TcpError>>& errors, Index from) const {
     double before = 0.0, left = 0.0;
     for (std::size_t p = 0; p < poses.size(); ++p) {

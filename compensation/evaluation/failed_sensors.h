@@ -14,7 +14,9 @@ namespace thermotwin::compensation {
 struct FailedSensorRow {
   std::string load, sensor, fault;  ///< stuck, offset (2 K), noise (ten times), absent
   int draw = 0;
-  double whole_percent = 0;   ///< share of the RMS at the check points after the failure that is removed, all sensors
+  /// Share of the RMS at the check points after the failure that the offsets remove with all sensors, in the directions
+  /// that linear axes move.
+  double whole_percent = 0;
   double failed_percent = 0;  ///< the same with the failed sensor among them
   /// Minutes from the failure (stuck: from a change of the true reading by 5 deviations) until it is named; infinite:
   /// never.

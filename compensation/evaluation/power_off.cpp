@@ -12,6 +12,7 @@
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/validation.h"
+#include "compensation/online/axis_reach.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -132,7 +133,18 @@ Rows PowerOffStudy::table() const {
   return table;
 }
 
-std::string PowerOffStudy::brief() const { return core::format_table(table()); }
+std::string PowerOffStudy::unmoved_sentence() const {
+  if (unmoved_directions.empty()) return "";
+  std::vector<double> shares;
+  for (const PowerOffRow& row : rows) shares.push_back(100.0 * row.unmoved_um[2] / row.before_um[2]);
+  return fmt::format("No axis moves the tool along {}: {:.1f} % of the RMS after 2 h (median) stay there.",
+                     unmoved_directions, quantile(shares, 0.5));
+}
+
+std::string PowerOffStudy::brief() const {
+  const std::string stays = unmoved_sentence();
+  return core::format_table(table()) + stays + (stays.empty() ? "" : "\n");
+}
 
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
                               const ValidationOptions& options) {
@@ -148,6 +160,8 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
     std::vector<mesh::Pose> poses;
     const std::vector<Eigen::Matrix3Xd> measured =
         detail::measured_translations(measurement, machine_case.machine, poses);
+    std::vector<AxisReach> reaches;
+    for (const mesh::Pose& pose : poses) reaches.emplace_back(machine_case.machine, pose);
     const Eigen::VectorXd time = measurement.time();
     const double returned = load.duration() - core::units::hour * back_h;
     Index from = 0;
@@ -165,17 +179,20 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
       while (at + 1 < time.size() && time[at] < time[from] + after_s[k] - 1.0) ++at;
       for (std::size_t p = 0; p < poses.size(); ++p) {
         const Eigen::Vector3d truth = measured[p].col(at);
-        const Eigen::Vector3d predicted = errors[p][at - from].error.head<3>() / core::units::um;
+        const Eigen::Vector3d cancelled = errors[p][at - from].error.head<3>() / core::units::um;
         row.before_um[k] += truth.squaredNorm();
-        row.left_um[k] += (truth - predicted).squaredNorm();
+        row.left_um[k] += (truth - cancelled).squaredNorm();
+        row.unmoved_um[k] += reaches[p].unmoved(truth).squaredNorm();
       }
       const double count = poses.size();
+      row.unmoved_um[k] = std::sqrt(row.unmoved_um[k] / count);
       row.before_um[k] = std::sqrt(row.before_um[k] / count);
       row.left_um[k] = std::sqrt(row.left_um[k] / count);
     }
     study.rows.push_back(row);
   }
   study.measured_nodes = machines.nodes();
+  study.unmoved_directions = AxisReach(machine_case.machine, machine_case.check_points.front()).unmoved_directions();
   return study;
 }
 

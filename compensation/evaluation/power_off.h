@@ -22,13 +22,17 @@ MeasuredLoad power_off_load(const mesh::Machine& machine, std::uint64_t seed);
 struct PowerOffRow {
   int draw = 0;
   double hall_C = 0, worked_h = 0, off_h = 0;
-  double before_um[3] = {0, 0, 0};  ///< without compensation
-  double left_um[3] = {0, 0, 0};    ///< with compensation
+  double before_um[3] = {0, 0, 0};   ///< without compensation
+  double left_um[3] = {0, 0, 0};     ///< with compensation
+  double unmoved_um[3] = {0, 0, 0};  ///< the part of both in directions that no linear axis moves
 };
 
 struct PowerOffStudy {
   std::vector<PowerOffRow> rows;
   Eigen::Index measured_nodes = 0;
+  std::string unmoved_directions;  ///< as of Validation
+  /// What of the residuals no linear axis moves; empty: nothing.
+  std::string unmoved_sentence() const;
   /// @return the remaining share of the error of each machine, %  @param moment  index 0 to 2 of the time
   std::vector<double> left_percent(int moment) const;
   Rows table() const;  ///< one row for each machine; median and 90th percentile last

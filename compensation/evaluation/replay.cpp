@@ -8,6 +8,7 @@
 
 #include "compensation/measurement/dataset.h"
 #include "compensation/measurement/measurement_check.h"
+#include "compensation/online/axis_reach.h"
 #include "compensation/online/offset_guard.h"
 #include "compensation/online/output_map.h"
 #include "core/units.h"
@@ -86,6 +87,8 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
   std::optional<Compensator> compensator;
   std::vector<OffsetGuard> guards;
   const OutputMap map(model);
+  std::vector<AxisReach> reaches;
+  for (const mesh::Pose& pose : poses) reaches.emplace_back(model.machine, pose);
   if (std_um != nullptr) std_um->assign(poses.size(), Eigen::Matrix3Xd::Zero(3, time.size() - how.from));
   for (Index i = how.from; i < time.size(); ++i) {
     const bool gap = compensator && time[i] - time[i - 1] > how.longest_gap_s;
@@ -108,14 +111,15 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
       const VectorXd wanted_um = how.guarded ? VectorXd(map.offsets(error) / core::units::um) : VectorXd();
       VectorXd back_um = VectorXd::Zero(std::ssize(map.axes()));
       if (how.guarded) {
-        back_um = guards[p].step(time[i], wanted_um) - wanted_um;
-        error.error.head<3>() -= map.motion(back_um * core::units::um);
+        const VectorXd& applied_um = guards[p].step(time[i], wanted_um);
+        back_um = applied_um - wanted_um;
+        error.error.head<3>() = -reaches[p].motion(applied_um * core::units::um);
       }
       if (std_um != nullptr) {
         const VectorXd own_um = compensator->std_um(poses[p]);
         for (Index a = 0; a < own_um.size(); ++a) {
           const VectorXd alone = VectorXd::Unit(own_um.size(), a) * std::hypot(own_um[a], back_um[a]);
-          (*std_um)[p].col(i - how.from) += map.motion(alone).cwiseAbs2();
+          (*std_um)[p].col(i - how.from) += reaches[p].motion(alone).cwiseAbs2();
         }
       }
       errors[p].push_back(error);

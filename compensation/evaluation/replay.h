@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The compensator beside a machine that was measured: row after row of a measurement, as a control
-// would send them, and the TCP error that it predicts at poses: the model's own prediction, or, guarded, as far as
-// an offset of limited size and rate has followed it since the start, which at the first row is nought.
+// would send them, and the TCP error that it predicts at poses, the model's own prediction. Guarded, the translations
+// are what the offsets cancel instead: offsets of limited size and rate, which at the first row are nought, moved
+// through the linear axes. An error in a direction that no linear axis moves is predicted, but not cancelled.
 
 #include <string>
 #include <vector>
@@ -20,7 +21,7 @@ struct MeasuredRun {
   /// the hall would say; without it they stand at their defaults.
   bool told_surroundings = false;
   Eigen::Index from = 0;  ///< row of the start: what came before is unknown
-  bool guarded = false;
+  bool guarded = false;   ///< translations that the guarded offsets cancel, instead of the predicted ones
   double longest_gap_s = 12 * core::units::hour;  ///< after a longer one nobody knows what the machine did: a new start
 };
 
@@ -34,8 +35,8 @@ double start_temperature(const Measurement& measurement, const mesh::Machine& ma
 
 /// @param explained  if given: gets what the observer's sensors could tell (Detectability::brief)
 /// @param failed     if given: gets Offsets::failed_sensors of each row from `from` on
-/// @param std_um     if given: gets one standard deviation of the predicted translations, (3 x rows) of each pose, with
-///   what the guard keeps back
+/// @param std_um     if given: gets one standard deviation of what the offsets cancel, (3 x rows) of each pose, with
+///   what the guard keeps back; nought in directions that no linear axis moves
 /// @return for each pose, as if the machine stood there, the predicted errors at the rows from `from` on
 std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement,
                                                            const reduction::ReducedModel& model,

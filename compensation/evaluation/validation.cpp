@@ -8,6 +8,7 @@
 #include <map>
 
 #include "compensation/evaluation/replay.h"
+#include "compensation/online/axis_reach.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/range.h"
@@ -24,6 +25,7 @@ struct PoseColumns {
   std::string text;
   mesh::Pose pose;
   std::array<Eigen::Index, 3> columns{-1, -1, -1};
+  Eigen::Vector3d noise_um = Eigen::Vector3d::Zero();
 };
 
 std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh::Machine& machine) {
@@ -37,10 +39,11 @@ std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh
     auto found =
         std::find_if(poses.begin(), poses.end(), [&](const PoseColumns& p) { return p.text == channel.pose_text; });
     if (found == poses.end()) {
-      poses.push_back({channel.pose_text, mesh::parse_pose(machine, channel.pose_text, channel.id), {-1, -1, -1}});
+      poses.push_back({channel.pose_text, mesh::parse_pose(machine, channel.pose_text, channel.id), {-1, -1, -1}, {}});
       found = std::prev(poses.end());
     }
     found->columns[axis] = channel.column;
+    found->noise_um[axis] = channel.uncertainty;
   }
   std::erase_if(poses, [](const PoseColumns& p) {
     return std::any_of(p.columns.begin(), p.columns.end(), [](Eigen::Index c) { return c < 0; });
@@ -84,6 +87,7 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
     row.load = load;
     row.draw = draw;
     row.pose = columns[p].text;
+    const AxisReach reach(model.machine, poses[p]);
     double count = 0;
     for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
       const Eigen::Vector3d truth = measured[p].col(i);
@@ -97,20 +101,36 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
       row.rms_model_um += left(blind).squaredNorm();
       row.rms_told_um += left(told).squaredNorm();
       row.rms_sensors_um += with.squaredNorm();
+      row.rms_unmoved_um += reach.unmoved(truth).squaredNorm();
       row.largest_before_um = std::max(row.largest_before_um, truth.norm());
       row.largest_sensors_um = std::max(row.largest_sensors_um, with.norm());
     }
     if (count == 0) continue;
-    for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um})
+    for (double* sum :
+         {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um, &row.rms_unmoved_um})
       *sum = std::sqrt(*sum / count);
     rows.push_back(row);
     if (traces == nullptr) continue;
-    ValidationTrace trace{load, draw, row.pose, time / core::units::hour, measured[p], measured[p], deviations[p]};
-    for (Eigen::Index i = 0; i < time.size(); ++i)
+    ValidationTrace trace{load,        draw,        row.pose,      time / core::units::hour, measured[p],
+                          measured[p], measured[p], deviations[p], columns[p].noise_um};
+    for (Eigen::Index i = 0; i < time.size(); ++i) {
       trace.left_um.col(i) -= seeing[p][i].error.head<3>() / core::units::um;
+      trace.unmoved_um.col(i) = reach.unmoved(measured[p].col(i));
+    }
     traces->push_back(std::move(trace));
   }
   return rows;
+}
+
+Eigen::Matrix3Xd ValidationTrace::band_um() const {
+  const Eigen::Array3Xd whole = (std_um.array().square().colwise() + noise_um.array().square()).sqrt();
+  return 2.0 * (std_um.array() > 0.0).select(whole, 0.0);
+}
+
+std::pair<Eigen::Index, Eigen::Index> ValidationTrace::coverage() const {
+  const Eigen::Array3Xd rest = (left_um - unmoved_um).array().abs(), band = band_um().array();
+  const auto stated = (band > 0.0 && rest.isFinite()).eval();
+  return {stated.count(), (stated && rest <= band).count()};
 }
 
 void ValidationOptions::validate() const {
@@ -148,17 +168,22 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
     }
   }
   validation.measured_nodes = machines.nodes();
+  validation.unmoved_directions =
+      AxisReach(machine_case.machine, machine_case.check_points.front()).unmoved_directions();
   return validation;
 }
 
 namespace {
 
 struct Sums {
-  double before = 0, model = 0, told = 0, sensors = 0;  ///< squares over the check points
+  double before = 0, model = 0, told = 0, sensors = 0, unmoved = 0;  ///< squares over the check points
   int poses = 0;
-  double left(With with) const { return std::sqrt(with == With::model ? model : with == With::told ? told : sensors); }
+  double square(With with) const { return with == With::model ? model : with == With::told ? told : sensors; }
+  double left(With with) const { return std::sqrt(square(with)); }
   double percent(With with) const { return 100.0 * (1.0 - left(with) / std::sqrt(before)); }
-  double cut() const { return 100.0 * (1.0 - std::sqrt(sensors / told)); }
+  double moved_percent(With with) const { return 100.0 * (1.0 - std::sqrt(moved(with) / (before - unmoved))); }
+  double moved(With with) const { return std::max(0.0, square(with) - unmoved); }
+  double cut() const { return 100.0 * (1.0 - std::sqrt(moved(With::sensors) / moved(With::told))); }
 };
 
 std::map<int, Sums> by_draw(const std::vector<ValidationRow>& rows, const std::string& load) {
@@ -170,6 +195,7 @@ std::map<int, Sums> by_draw(const std::vector<ValidationRow>& rows, const std::s
     sum.model += row.rms_model_um * row.rms_model_um;
     sum.told += row.rms_told_um * row.rms_told_um;
     sum.sensors += row.rms_sensors_um * row.rms_sensors_um;
+    sum.unmoved += row.rms_unmoved_um * row.rms_unmoved_um;
     ++sum.poses;
   }
   return draws;
@@ -183,6 +209,35 @@ std::vector<double> Validation::reductions(const std::string& load, With with) c
   return values;
 }
 
+std::vector<double> Validation::moved_reductions(const std::string& load, With with) const {
+  std::vector<double> values;
+  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.moved_percent(with));
+  return values;
+}
+
+double Validation::rms(const std::string& load, double ValidationRow::*value) const {
+  double sum = 0.0;
+  int count = 0;
+  for (const ValidationRow& row : rows)
+    if (row.load == load) sum += row.*value * row.*value, ++count;
+  return count > 0 ? std::sqrt(sum / count) : 0.0;
+}
+
+std::string Validation::unmoved_sentence(const std::string& load, const std::string& unit) const {
+  if (unmoved_directions.empty()) return "";
+  const double stays = rms(load, &ValidationRow::rms_unmoved_um), before = rms(load, &ValidationRow::rms_before_um),
+               sensors = rms(load, &ValidationRow::rms_sensors_um);
+  const auto rest = [&](double whole) { return std::sqrt(std::max(0.0, whole * whole - stays * stays)); };
+  std::string text =
+      fmt::format("No axis moves the tool along {}: {:.1f} {} RMS stay there.", unmoved_directions, stays, unit);
+  const double removed = quantile(moved_reductions(load, With::sensors), 0.5);
+  if (std::isfinite(removed)) {
+    text += fmt::format(" In the directions that axes move, {:.1f} {} become {:.1f} {}, {:.1f} % removed.",
+                        rest(before), unit, rest(sensors), unit, removed);
+  }
+  return text;
+}
+
 std::vector<double> Validation::cuts(const std::string& load) const {
   std::vector<double> values;
   for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.cut());
@@ -192,6 +247,8 @@ std::vector<double> Validation::cuts(const std::string& load) const {
 Rows Validation::summary() const {
   Rows table{{"program", "machines", "surroundings known %: median", "10th percentile", "sensors %: median",
               "10th percentile", "cut by sensors %"}};
+  if (!unmoved_directions.empty())
+    table.front().insert(table.front().end(), {"sensors % where axes move: median", "10th percentile"});
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
@@ -201,6 +258,9 @@ Rows Validation::summary() const {
     for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1),
                                quantile(cuts(load), 0.5)})
       table.back().push_back(fmt::format("{:.1f}", value));
+    if (unmoved_directions.empty()) continue;
+    for (const double share : {0.5, 0.1})
+      table.back().push_back(fmt::format("{:.1f}", quantile(moved_reductions(load, With::sensors), share)));
   }
   return table;
 }
@@ -222,6 +282,8 @@ Rows Validation::table() const {
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
   Rows table{{"program", "machine", "RMS before um", "no sensors", "surroundings known", "sensors", "no sensors %",
               "surroundings known %", "sensors %", "cut by sensors %"}};
+  const bool stays = !unmoved_directions.empty();
+  if (stays) table.front().insert(table.front().end(), {"no axis moves um", "sensors % where axes move"});
   const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
@@ -232,21 +294,35 @@ Rows Validation::table() const {
                        number("{:.2f}", sums.left(With::sensors) / share), number("{:.1f}", sums.percent(With::model)),
                        number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
                        number("{:.1f}", sums.cut())});
+      if (!stays) continue;
+      table.back().push_back(number("{:.2f}", std::sqrt(sums.unmoved) / share));
+      table.back().push_back(number("{:.1f}", sums.moved_percent(With::sensors)));
     }
     for (const auto& [name, share] : {std::pair{"median", 0.5}, {"10th percentile", 0.1}}) {
       table.push_back({load, name, "", "", "", "", number("{:.1f}", quantile(reductions(load, With::model), share)),
                        number("{:.1f}", quantile(reductions(load, With::told), share)),
                        number("{:.1f}", quantile(reductions(load, With::sensors), share)),
                        number("{:.1f}", quantile(cuts(load), share))});
+      if (stays)
+        table.back().insert(table.back().end(),
+                            {"", number("{:.1f}", quantile(moved_reductions(load, With::sensors), share))});
     }
   }
   return table;
 }
 
 std::string Validation::brief() const {
-  return core::format_table(table()) +
+  std::string stays;
+  std::vector<std::string> said;
+  for (const ValidationRow& row : rows) {
+    if (unmoved_directions.empty() || std::find(said.begin(), said.end(), row.load) != said.end()) continue;
+    said.push_back(row.load);
+    stays += fmt::format("{}: {}\n", row.load, unmoved_sentence(row.load));
+  }
+  return core::format_table(table()) + stays +
          "surroundings known: without sensors, but with all ambients at the hall temperature\ncut by sensors: share of "
-         "that residual which the sensors remove\n";
+         "that residual which the sensors remove" +
+         (unmoved_directions.empty() ? "" : ", in the directions that axes move") + "\n";
 }
 
 }  // namespace thermotwin::compensation

@@ -5,6 +5,7 @@
 // alone, and the TCP error before and after is compared at the check points.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compensation/evaluation/measured_machines.h"
@@ -31,7 +32,7 @@ struct ValidationOptions {
 };
 
 /// RMS over time of the translations' error vector at one check point, with the offsets as the guard lets them through
-/// (offset_guard.h), from five minutes after the start on, when they have gone in.
+/// (offset_guard.h), moved through the linear axes, from five minutes after the start on, when they have gone in.
 struct ValidationRow {
   std::string load;
   int draw = 0;
@@ -40,6 +41,7 @@ struct ValidationRow {
   double rms_model_um = 0;    ///< reduced model, no temperature sensor; surroundings at their defaults
   double rms_told_um = 0;     ///< the same, told that what surrounds the machine is as warm as the hall
   double rms_sensors_um = 0;  ///< reduced model with observer
+  double rms_unmoved_um = 0;  ///< the part, of each of the four, in directions that no linear axis moves
   double largest_before_um = 0, largest_sensors_um = 0;
 };
 
@@ -50,7 +52,15 @@ struct ValidationTrace {
   std::string pose;
   Eigen::VectorXd hours;                ///< (rows)
   Eigen::Matrix3Xd before_um, left_um;  ///< (3 x rows) measured; what the offsets with sensors leave of it
-  Eigen::Matrix3Xd std_um;              ///< (3 x rows) one standard deviation of left_um as the compensator states it
+  Eigen::Matrix3Xd unmoved_um;          ///< (3 x rows) the part of both in directions that no linear axis moves
+  /// (3 x rows) one standard deviation of the rest of left_um as the compensator states it; nought: no axis moves there
+  Eigen::Matrix3Xd std_um;
+  Eigen::Vector3d noise_um;  ///< standard deviation of the measured values
+
+  /// (3 x rows) two standard deviations of the residual, the measurement's noise in it; nought where nothing is stated.
+  Eigen::Matrix3Xd band_um() const;
+  /// Residuals with a stated deviation, and how many of them lie within the band.
+  std::pair<Eigen::Index, Eigen::Index> coverage() const;
 };
 
 enum class With { model, told, sensors };
@@ -59,9 +69,17 @@ struct Validation {
   std::vector<ValidationRow> rows;
   std::vector<ValidationTrace> traces;  ///< as many as ValidationOptions::traced_draws asks for
   Eigen::Index measured_nodes = 0;      ///< 0: a reduced model was the truth
+  std::string unmoved_directions;       ///< AxisReach::unmoved_directions() at the first check point
   /// For each draw the reduction of the RMS over all check points, percent.
   std::vector<double> reductions(const std::string& load, With with) const;
-  /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent.
+  /// The same in the directions that linear axes move.
+  std::vector<double> moved_reductions(const std::string& load, With with) const;
+  /// RMS over all machines and check points of a load. @param value  a member of ValidationRow
+  double rms(const std::string& load, double ValidationRow::*value) const;
+  /// What stays in directions that no linear axis moves, and the reduction in the others; empty: all are moved.
+  std::string unmoved_sentence(const std::string& load, const std::string& unit = "um") const;
+  /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent, in the
+  /// directions that linear axes move.
   std::vector<double> cuts(const std::string& load) const;
   double median_reduction(const std::string& load, bool sensors) const;
   Rows table() const;         ///< a row per load and draw; medians and 10th percentiles last

@@ -91,10 +91,11 @@ std::string trace_svg(const ValidationTrace& trace) {
   core::Plot plot(1080, 3 * apart + 16 + top,
                   fmt::format("TCP error at {}, before and after compensation", trace.pose));
   constexpr const char* names[] = {"X in \u00b5m", "Y in \u00b5m", "Z in \u00b5m"};
+  const Eigen::Matrix3Xd bands = trace.band_um();
   plot.text(64, 14, "without and with compensation");
-  plot.text(690, 14, "with compensation, enlarged, and its stated uncertainty");
+  plot.text(690, 14, "with compensation, enlarged, and its uncertainty");
   for (int k = 0; k < 3; ++k) {
-    const VectorXd before = trace.before_um.row(k), left = trace.left_um.row(k), band = 2.0 * trace.std_um.row(k);
+    const VectorXd before = trace.before_um.row(k), left = trace.left_um.row(k), band = bands.row(k);
     core::Axis error{names[k]}, rest{""};
     error.include(0.0);
     for (const VectorXd& values : {before, left}) error.include(values);
@@ -118,8 +119,8 @@ std::string trace_svg(const ValidationTrace& trace) {
 
 std::string trace_legend() {
   return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
-         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 standard deviations "
-         "that the compensator states (its std_um)</span></div>\n";
+         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 standard deviations, of "
+         "the offsets as the compensator states them (its std_um) and of the measured values</span></div>\n";
 }
 
 }  // namespace thermotwin::compensation

@@ -157,7 +157,12 @@ private:
   void compare(const Eigen::Vector3d& probed, StreamSummary& summary) const {
     const Eigen::Vector3d left = probed + model_.motion_um(last_->offset_um);
     for (Eigen::Index i = 0; i < 3; ++i) {
-      if (moved_[i] < 1e-6 || !std::isfinite(probed[i])) continue;
+      if (!std::isfinite(probed[i])) continue;
+      if (moved_[i] < 1e-6) {
+        ++summary.probed_unmoved;
+        summary.unmoved_rms_um += probed[i] * probed[i];
+        continue;
+      }
       ++summary.probed;
       summary.probed_rms_um += probed[i] * probed[i];
       summary.left_rms_um += left[i] * left[i];
@@ -220,6 +225,7 @@ StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine
   writer.finish();
   for (double* sum : {&summary.probed_rms_um, &summary.left_rms_um})
     *sum = summary.probed > 0 ? std::sqrt(*sum / static_cast<double>(summary.probed)) : 0.0;
+  if (summary.probed_unmoved > 0) summary.unmoved_rms_um = std::sqrt(summary.unmoved_rms_um / summary.probed_unmoved);
   return summary;
 }
 

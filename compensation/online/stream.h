@@ -24,6 +24,8 @@ struct StreamSummary {
   /// RMS of the error as probed and with the offset of the row. Without probed_compensated only.
   long probed = 0;
   double probed_rms_um = 0, left_rms_um = 0;
+  long probed_unmoved = 0;  ///< values in directions that no axis moves; not among the others
+  double unmoved_rms_um = 0;
 };
 
 /// Streams CSV rows from in to out, row by row, with constant memory. Columns are time_s, any channel, any

@@ -10,6 +10,7 @@
 
 #include "core/page_text.h"
 #include "core/units.h"
+#include "mesh/machine/cutting_fluid.h"
 
 namespace thermotwin::nc {
 
@@ -178,7 +179,7 @@ LoadText::LoadText(const mesh::Machine& machine, const std::vector<std::string>&
 void LoadText::add(const Row& row) {
   const double duration = row.to - row.from;
   phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration,
-                         row.spindle_rpm, row.fluid >= 0.5 ? "true" : "false");
+                         row.spindle_rpm, row.fluid >= 0.5 && mesh::has_cutting_fluid(machine_) ? "true" : "false");
   for (Eigen::Index i = 0; i < row.process_W.size(); ++i)
     phases_ += fmt::format("\"{}_W\" = {}\n", drives_[i], row.process_W[i]);
   for (std::size_t k = 0; k < machine_.axes.size(); ++k) {

@@ -143,6 +143,18 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
   return results;
 }
 
+/// Says which loads of --resume run again though there is a result. @param loads  names, by the reason
+void say_unused(const std::map<Unused, std::string>& loads, const std::filesystem::path& folder) {
+  const auto say = [&](Unused why, const char* reason, const auto& line) {
+    if (const auto found = loads.find(why); found != loads.end())
+      line(fmt::format("{}: results of {} {}; the run starts anew", folder.string(), found->second, reason));
+  };
+  const auto warn = [](const std::string& text) { core::warn(text); };
+  say(Unused::other_inputs, "belong to another machine, mesh, load or options", warn);
+  say(Unused::changed_tables, "were changed by hand or are damaged", warn);
+  say(Unused::no_temperatures, "have no temperatures of the nodes, which are needed here", core::log_line);
+}
+
 }  // namespace
 
 void CampaignOptions::validate() const {
@@ -182,6 +194,7 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   for (const Block& block : blocks)
     for (const LoadProgram* load : block) placed.insert(load->name());
   std::vector<LoadProgram> open;
+  std::map<Unused, std::string> unused;
   for (const LoadProgram& load : loads) {
     if (placed.contains(load.name())) continue;
     if (!options.out.empty() && options.resume) {
@@ -190,9 +203,12 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
         finished.emplace(load.name(), std::move(*result));
         continue;
       }
+      std::string& names = unused[why_unused(options.out / load.name(), hashes[load.name()])];
+      names += (names.empty() ? "" : ", ") + load.name();
     }
     open.push_back(load);
   }
+  say_unused(unused, options.out);
   for (Block& block : blocks_of_equal_grid(open, options.refine)) blocks.push_back(std::move(block));
   std::vector<core::FolderLock> locks;  // of all that will be written: refused before anything is computed
   if (!options.out.empty()) {

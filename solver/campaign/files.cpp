@@ -158,6 +158,17 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
   return result;
 }
 
+Unused why_unused(const std::filesystem::path& folder, const std::string& hash) {
+  if (!std::filesystem::exists(folder / "done")) return Unused::none_there;
+  try {
+    const std::string done = core::read_file(folder / "done");
+    if (!done.starts_with(hash + "\n")) return Unused::other_inputs;
+    return done == stamp(folder, hash) ? Unused::no_temperatures : Unused::changed_tables;
+  } catch (const core::InputError&) {
+    return Unused::changed_tables;
+  }
+}
+
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
                                       const CampaignOptions& options) {
   if (!std::filesystem::exists(folder / "done")) return std::nullopt;

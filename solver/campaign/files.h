@@ -31,6 +31,10 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
                                       const std::string& hash, const CampaignOptions& options);
 
+/// Why read_result() takes nothing from a folder.
+enum class Unused { none_there, other_inputs, changed_tables, no_temperatures };
+Unused why_unused(const std::filesystem::path& folder, const std::string& hash);
+
 /// @return the result if the folder holds a complete one, whatever inputs it was made of
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
                                       const CampaignOptions& options);

@@ -124,7 +124,8 @@ std::size_t first_load(const MachineScene& scene) {
     const SceneLoad& load = scene.loads[l];
     if (load.name == scene.first_load) return l;
     const bool fields = load.coefficients.cols() > 0 || scene.temperature.cols() == 0;
-    const double error = load.errors_um.size() > 0 && fields ? load.errors_um.cwiseAbs().maxCoeff() : 0.0;
+    const Index vectors = load.errors_um.size() / 3;
+    const double error = vectors > 0 && fields ? load.errors_um.reshaped(3, vectors).colwise().norm().maxCoeff() : 0.0;
     if (error > largest) largest = error, first = l;
   }
   return first;

@@ -18,6 +18,7 @@
 #include "core/text.h"
 #include "core/time_of_day.h"
 #include "core/units.h"
+#include "mesh/machine/cutting_fluid.h"
 #include "solver/operation/load_program.h"
 
 namespace thermotwin::solver {
@@ -231,6 +232,20 @@ private:
     }
   }
 
+  void refuse_unknown_drives(const Node& phase) const {
+    std::vector<std::string> known{"process_W"};
+    for (const std::string& name : channels_.names()) {
+      if (name.ends_with(power_suffix)) known.push_back(name.substr(0, name.size() - power_suffix.size()) + "_W");
+    }
+    for (const std::string& key : phase.keys()) {
+      if (!key.ends_with("_W") || std::find(known.begin(), known.end(), key) != known.end()) continue;
+      const std::vector<std::string> drives(known.begin() + 1, known.end());
+      throw InputError(phase.place(key), "no drive of this name",
+                       drives.empty() ? "no power of a drive: no [[source]] of machine.toml has a `drive`"
+                                      : "one of: " + core::join(drives));
+    }
+  }
+
   /// Powers of drives. A source's own laws stand unless a phase sets the power.
   void read_powers(const Node& phase) {
     for (const std::string& name : channels_.names()) {
@@ -238,10 +253,22 @@ private:
       const std::string key = name.substr(0, name.size() - power_suffix.size()) + "_W";
       if (phase.has(key)) channel(name) = phase.number(key);
     }
+    refuse_unknown_drives(phase);
     if (channels_.index("process.power_W") >= 0 || !phase.has("process_W")) return;
     if (const double power = phase.number("process_W"); power > 0.0)
       throw InputError(phase.place("process_W"), fmt::format("{} W", power),
                        "0, or a [[source]] with drive = \"process\" in machine.toml");
+  }
+
+  /// Switches that no part of the machine listens to.
+  void refuse_without_effect(const Node& phase) const {
+    if (machine_.coolants.empty() && phase.boolean_or("coolant", false))
+      throw InputError(phase.place("coolant"), "true", "false, or a [[coolant]] in machine.toml, which has none");
+    if (!mesh::has_cutting_fluid(machine_) && phase.boolean_or("cutting_fluid", false)) {
+      throw InputError(phase.place("cutting_fluid"), "true",
+                       "false, or a [[film]] with state = \"cutting_fluid.on\" or a law over it in machine.toml, which "
+                       "has none");
+    }
   }
 
   void read_phase(const Node& phase, LoadProgram& program) {
@@ -255,12 +282,12 @@ private:
       throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false",
                        "0, or machine_on = true");
     }
+    refuse_without_effect(phase);
     channel("cutting_fluid.on") = phase.boolean_or("cutting_fluid", channel("cutting_fluid.on") != 0.0) ? 1.0 : 0.0;
     for (const mesh::CoolantSpec& coolant : machine_.coolants) {
       double& state = channel("coolant." + coolant.id + ".on");
       state = phase.boolean_or("coolant", state != 0.0) ? 1.0 : 0.0;
     }
-    if (machine_.coolants.empty()) phase.boolean_or("coolant", false);
     read_powers(phase);
     if (phase.has("doors_open")) read_doors(phase);
 

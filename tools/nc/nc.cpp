@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "compensation/control/model_order.h"
 #include "core/error.h"
@@ -32,6 +33,7 @@
 #include "tools/nc/blocks.h"
 #include "tools/nc/corrected_program.h"
 #include "tools/nc/page_content.h"
+#include "tools/nc/uncorrected.h"
 #include "tools/page.h"
 
 namespace thermotwin::tools {
@@ -101,6 +103,7 @@ public:
         twin_(twin),
         control_(control),
         motion_(twin.machine),
+        uncorrected_(twin.machine),
         start_(start_of(options, twin.machine, present.get())),
         clock_(present ? present->start_s() : 0.0),
         load_(twin.machine, process_.drives(), options.program.stem().string(), options.start_C, start_),
@@ -207,6 +210,7 @@ public:
       }
       json["largest_offset_um"] = largest;
       json["largest_std_um"] = std;
+      uncorrected_.to(json);
       json["moves_outside_workspace"] = outside_;
       if (options_.repeat > 1 && predicted_ > 0) {
         const int good = parts_.first_good(options_.tolerance_um);
@@ -236,6 +240,7 @@ public:
       text += "\nlargest offset of a cutting move:";
       for (std::size_t i = 0; i < predictor_->axes().size(); ++i)
         text += fmt::format("{} {} {:.2f} um", i > 0 ? "," : "", predictor_->axes()[i], largest_um_[i]);
+      if (const std::string stays = uncorrected_.sentence(); !stays.empty()) text += "\n" + stays;
     }
     if (corrected_) text += "\n" + corrected_->text();
     if (options_.repeat > 1 && predicted_ > 0) {
@@ -305,14 +310,31 @@ private:
       report.warm_up_s = report.first_good_part > 0 ? parts_.start_of(report.first_good_part) : 0.0;
       report.drift_ahead_um = parts_.drift_ahead();
     }
-    if (corrected_) report.rewritten = fmt::format("{} is the corrected program.", corrected_->name());
+    report.rewritten = uncorrected_.sentence("µm");
+    if (corrected_) {
+      report.rewritten = fmt::format("{} is the corrected program.{}{}", corrected_->name(),
+                                     report.rewritten.empty() ? "" : " ", report.rewritten);
+    }
     report.locations = nc::location_section(*locations_);
     if (imprint_) report.imprint = nc::imprint_section(*imprint_, 300);
     report.next = next_steps();
     return report;
   }
+  /// Options that the program is read with, as they were given.
+  std::string reading_words() const {
+    std::string words;
+    if (options_.control != NcOptions().control) words += " --control " + core::shell_word(options_.control);
+    for (const auto& [option, file] :
+         {std::pair{"--tools", &options_.tools}, {"--folder", &options_.folder}, {"--process", &options_.process}}) {
+      if (!file->empty()) words += fmt::format(" {} {}", option, core::shell_word(*file));
+    }
+    if (!options_.start.empty()) words += " --start " + core::shell_word(options_.start);
+    if (options_.start_C != NcOptions().start_C) words += fmt::format(" --start-C {:g}", options_.start_C);
+    return words;
+  }
   std::vector<core::NextStep> next_steps() const {
-    const std::string model = core::shell_word(options_.model), program = core::shell_word(options_.program),
+    const std::string model = core::shell_word(options_.model),
+                      program = core::shell_word(options_.program) + reading_words(),
                       out = core::shell_word(options_.out);
     std::vector<core::NextStep> steps;
     if (options_.rewrite.empty())
@@ -440,6 +462,7 @@ private:
     if (imprint_) imprint_out_ << imprint_->add(move);
     if (!move.timed->element.rapid) {
       cutting_tools_.insert(move.timed->element.state.tool);
+      uncorrected_.add(move);
       if (largest_um_.size() == 0) largest_um_ = std_um_ = Eigen::VectorXd::Zero(move.offset_um.size());
       for (Eigen::Index i = 0; i < move.offset_um.size(); ++i)
         if (std::abs(move.offset_um[i]) > std::abs(largest_um_[i])) largest_um_[i] = move.offset_um[i];
@@ -454,6 +477,7 @@ private:
   const Twin& twin_;
   const nc::ControlProfile& control_;
   nc::AxisMotion motion_;
+  Uncorrected uncorrected_;
   nc::Positions start_, last_, program_travel_;
   double clock_;  ///< s, of the program's start in rows.csv
   nc::LoadText load_;

@@ -69,9 +69,9 @@ public:
 
 private:
   std::string words() const {
-    std::string words = fmt::format("study campaign {} --checkpoint-every {:g} --solver {} --size {} --mesh-order {}",
-                                    core::shell_word(fs::absolute(options_.case_path)), options_.checkpoint_every_s,
-                                    options_.solver, core::shell_word(machine_case_.size), machine_case_.machine.order);
+    std::string words =
+        fmt::format("study campaign {} --checkpoint-every {:g}{}", core::shell_word(fs::absolute(options_.case_path)),
+                    options_.checkpoint_every_s, mesh_words(options_.size, options_.mesh_order, options_.solver));
     for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
     return words;
   }

@@ -79,15 +79,16 @@ MatrixXd translation_rows(const reduction::ReducedModel& model, const std::vecto
   return rows;
 }
 
+/// In the directions that axes move.
 double rms_left(const compensation::Validation& validation, int draw) {
   double sum = 0.0;
   int count = 0;
   for (const compensation::ValidationRow& row : validation.rows) {
     if (row.draw != draw) continue;
-    sum += row.rms_sensors_um * row.rms_sensors_um;
+    sum += row.rms_sensors_um * row.rms_sensors_um - row.rms_unmoved_um * row.rms_unmoved_um;
     ++count;
   }
-  return std::sqrt(sum / std::max(count, 1));
+  return std::sqrt(std::max(0.0, sum) / std::max(count, 1));
 }
 
 /// @param nodes  receives those of the machines' mesh

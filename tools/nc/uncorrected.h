@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The part of the predicted error that no linear axis moves: offsets and a corrected program leave it.
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+#include <string>
+
+#include "compensation/online/axis_reach.h"
+#include "nc/prediction/prediction.h"
+
+namespace thermotwin::tools {
+
+class Uncorrected {
+public:
+  explicit Uncorrected(const mesh::Machine& machine) : machine_(machine) {}
+
+  void add(const nc::PredictedMove& move);
+  /// A sentence; empty: axes move all directions.
+  std::string sentence(const std::string& unit = "um") const;
+  /// Adds unmoved_directions and largest_unmoved_um.
+  void to(nlohmann::json& json) const;
+
+private:
+  const compensation::AxisReach& reach(const mesh::Pose& pose);
+
+  const mesh::Machine& machine_;
+  std::optional<compensation::AxisReach> reach_;
+  mesh::Pose reached_at_;
+  std::string directions_;
+  double largest_um_ = 0;
+};
+
+}  // namespace thermotwin::tools
