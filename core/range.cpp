@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -10,10 +11,12 @@
 namespace thermotwin::core {
 namespace {
 
-/// A bound without the slack that rounding needs: -60.0000002 is written -60, and -1e-7 is written 0.
+/// A bound without the slack that rounding needs: -60.0000002 is written -60, 8000.000008 is 8000, and -1e-7 is 0.
 std::string bound(double value) {
+  constexpr double slack_share = 2e-9;
   const double round = std::round(1e3 * value) / 1e3;
-  const bool slack = std::abs(value - round) < 5e-7 && (round != 0.0 || value < 0.0);
+  const bool slack =
+      std::abs(value - round) < std::max(5e-7, slack_share * std::abs(value)) && (round != 0.0 || value < 0.0);
   return fmt::format("{:.9g}", slack ? round + 0.0 : value);
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/character.h"
@@ -53,6 +56,14 @@ std::size_t sequence_length(std::string_view text) {
 }
 
 }  // namespace
+
+std::string plain_number(double value, int digits) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  if (text.find('e') == std::string::npos || !(std::abs(value) < 1e9) || std::abs(value) < 1e-5) return text;
+  const double rounded = std::stod(text);
+  const long magnitude = std::lround(std::floor(std::log10(std::abs(rounded))));
+  return fmt::format("{:.{}f}", rounded, std::max(0L, digits - 1 - magnitude));
+}
 
 std::string lower(std::string_view text) {
   std::string result(text);

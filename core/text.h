@@ -28,6 +28,10 @@ std::string_view trimmed(std::string_view text);
 std::string toml_text(std::string_view text);
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
+/// @return a number with so many significant digits and without an exponent: 358.2 with two is "360", 0.0123 "0.012".
+///   Numbers of 1e9 and more, or below 1e-5, keep it
+std::string plain_number(double value, int digits);
+
 /// @return text for XML and HTML: & < > " are replaced, control characters but tab and line feed are left out
 std::string xml_text(std::string_view text);
 

@@ -81,23 +81,29 @@ void add_surfaces(const mesh::MachineMesh& meshed, Table& table, nlohmann::json&
 struct Contact {
   double area = 0;                              ///< m^2
   double gap = 0, least_gap = 0, most_gap = 0;  ///< m along the slave's normal, mean over the area; negative: overlap
+  std::vector<solver::ContactPoint> points;     ///< none on the ground
 };
+
+int body_of_surface(const mesh::Machine& machine, const std::string& surface) {
+  return machine.body_index(machine.surfaces[machine.surface_index(surface)].body);
+}
 
 Contact contact_of(const mesh::MachineMesh& meshed, const mesh::JointSpec& joint) {
   const mesh::Machine& machine = meshed.machine;
   Contact contact;
-  if (joint.master.empty()) return {meshed.surface_area(machine.surface_index(joint.slave))};
-  const auto body_of = [&](const std::string& surface) {
-    return machine.body_index(machine.surfaces[machine.surface_index(surface)].body);
-  };
-  const int slave = body_of(joint.slave), master = body_of(joint.master);
+  if (joint.master.empty()) {
+    contact.area = meshed.surface_area(machine.surface_index(joint.slave));
+    return contact;
+  }
+  const int slave = body_of_surface(machine, joint.slave), master = body_of_surface(machine, joint.master);
   const mesh::Pose home = mesh::home_pose(machine);
   const Eigen::Isometry3d slave_from_home = mesh::body_transform(machine, slave, home),
                           master_from_home = mesh::body_transform(machine, master, home);
   const mesh::TetMesh& base = meshed.bodies[master];
   contact.least_gap = std::numeric_limits<double>::infinity();
   contact.most_gap = -contact.least_gap;
-  for (const solver::ContactPoint& point : solver::find_contact(meshed, joint, slave_from_home, master_from_home)) {
+  contact.points = solver::find_contact(meshed, joint, slave_from_home, master_from_home);
+  for (const solver::ContactPoint& point : contact.points) {
     Eigen::Vector3d opposite = Eigen::Vector3d::Zero();
     for (int i = 0; i < 3; ++i) opposite += point.master_weights[i] * base.points.col(base.faces(i, point.master_face));
     const Eigen::Vector3d across = slave_from_home.inverse() * (master_from_home * opposite) - point.position;
@@ -111,10 +117,105 @@ Contact contact_of(const mesh::MachineMesh& meshed, const mesh::JointSpec& joint
   return contact;
 }
 
-void add_joints(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& json) {
+std::vector<Contact> contacts_of(const mesh::MachineMesh& meshed) {
+  std::vector<Contact> contacts;
+  for (const mesh::JointSpec& joint : meshed.machine.joints) contacts.push_back(contact_of(meshed, joint));
+  return contacts;
+}
+
+/// The boundary triangles of all bodies, and a number for each.
+using OfFaces = std::vector<std::vector<double>>;
+
+OfFaces zero_of_faces(const mesh::MachineMesh& meshed) {
+  OfFaces of_faces;
+  for (const mesh::TetMesh& body : meshed.bodies) of_faces.emplace_back(body.face_count(), 0.0);
+  return of_faces;
+}
+
+/// The area in m^2 of each triangle that a joint covers, on both of its sides.
+void add_covered(const mesh::MachineMesh& meshed, const mesh::JointSpec& joint, const Contact& contact,
+                 OfFaces& covered) {
+  const mesh::Machine& machine = meshed.machine;
+  const int slave = body_of_surface(machine, joint.slave);
+  if (joint.master.empty()) {
+    for (const int face : meshed.surfaces[machine.surface_index(joint.slave)])
+      covered[slave][face] += meshed.bodies[slave].face_area(face);
+    return;
+  }
+  const int master = body_of_surface(machine, joint.master);
+  for (const solver::ContactPoint& point : contact.points) {
+    covered[slave][point.slave_face] += point.area;
+    covered[master][point.master_face] += point.area;
+  }
+}
+
+/// A joint between the same surfaces as one before it covers nothing more.
+bool covers_again(const mesh::Machine& machine, std::size_t joint) {
+  const mesh::JointSpec& own = machine.joints[joint];
+  return std::any_of(machine.joints.begin(), machine.joints.begin() + joint, [&](const mesh::JointSpec& other) {
+    return other.slave == own.slave && other.master == own.master;
+  });
+}
+
+/// What joints that never move cover, and what guides, nuts and bearings of axes cover at home.
+struct Covered {
+  OfFaces fixed, moving;
+};
+
+Covered covered_by(const mesh::MachineMesh& meshed, const std::vector<Contact>& contacts) {
+  Covered covered{zero_of_faces(meshed), zero_of_faces(meshed)};
+  for (std::size_t j = 0; j < contacts.size(); ++j) {
+    const mesh::JointSpec& joint = meshed.machine.joints[j];
+    if (!covers_again(meshed.machine, j))
+      add_covered(meshed, joint, contacts[j], joint.axis.empty() ? covered.fixed : covered.moving);
+  }
+  return covered;
+}
+
+/// A film cools what a joint covers as well, though no air is there.
+constexpr double much_covered = 0.5;  ///< less may be an edge of a plane that goes on beside the joint
+
+void warn_of_covered(const mesh::FilmSpec& film, double area, double fixed, const std::string& machine) {
+  if (fixed < much_covered * area) return;
+  core::warn(
+      fmt::format("{} film '{}': {:.0f} % of its {:.1f} cm2 lie under joints that do not move, where no air is; "
+                  "the film cools them all the same. Leave the surfaces of these joints out of it",
+                  machine, film.id, 100.0 * fixed / area, 1e4 * area));
+}
+
+void add_films(const mesh::MachineMesh& meshed, const std::vector<Contact>& contacts, Table& table,
+               nlohmann::json& json) {
+  const mesh::Machine& machine = meshed.machine;
+  const Covered covered = covered_by(meshed, contacts);
+  table = {{"film (axes at home)", "area cm2", "under fixed joints %", "under moving joints %"}};
+  for (const mesh::FilmSpec& film : machine.films) {
+    double area = 0.0, fixed = 0.0, moving = 0.0;
+    for (const std::string& surface : film.surfaces) {
+      const int body = body_of_surface(machine, surface);
+      for (const int face : meshed.surfaces[machine.surface_index(surface)]) {
+        const double own = meshed.bodies[body].face_area(face), under = std::min(own, covered.fixed[body][face]);
+        area += own;
+        fixed += under;
+        moving += std::min(own - under, covered.moving[body][face]);
+      }
+    }
+    const auto percent = [&](double part) { return area > 0.0 ? 100.0 * part / area : 0.0; };
+    table.push_back({film.id, fmt::format("{:.1f}", 1e4 * area), fmt::format("{:.1f}", percent(fixed)),
+                     fmt::format("{:.1f}", percent(moving))});
+    json["films"].push_back({{"id", film.id},
+                             {"area_m2", area},
+                             {"under_fixed_joints_percent", percent(fixed)},
+                             {"under_moving_joints_percent", percent(moving)}});
+    warn_of_covered(film, area, fixed, machine.path.string());
+  }
+}
+
+void add_joints(const mesh::MachineMesh& meshed, const std::vector<Contact>& contacts, Table& table,
+                nlohmann::json& json) {
   table = {{"joint (axes at home)", "contact cm2", "of the slave %", "gap mm", "smallest", "largest"}};
-  for (const mesh::JointSpec& joint : meshed.machine.joints) {
-    const Contact contact = contact_of(meshed, joint);
+  for (std::size_t j = 0; j < contacts.size(); ++j) {
+    const mesh::JointSpec& joint = meshed.machine.joints[j];
+    const Contact& contact = contacts[j];
     const double share = 100.0 * contact.area / meshed.surface_area(meshed.machine.surface_index(joint.slave));
     const bool on_ground = joint.master.empty(), touches = contact.area > 0.0;
     const auto gap_text = [&](double gap) {
@@ -163,13 +264,16 @@ void mesh_machine(const MeshOptions& options) {
     return files;
   });
   nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}, {"order", machine.order}};
-  Table bodies, surfaces, joints;
+  Table bodies, surfaces, joints, films;
+  const std::vector<Contact> contacts = contacts_of(meshed);
   const double mass = add_bodies(meshed, bodies, json);
   add_surfaces(meshed, surfaces, json);
-  add_joints(meshed, joints, json);
+  add_joints(meshed, contacts, joints, json);
+  add_films(meshed, contacts, films, json);
   json["mass_kg"] = mass;
   std::string text = core::format_table(bodies) + "\n" + core::format_table(surfaces) + "\n";
-  if (joints.size() > 1) text += core::format_table(joints) + "\n";
+  for (const Table& table : {joints, films})
+    if (table.size() > 1) text += core::format_table(table) + "\n";
   print_summary(options,
                 text + fmt::format("{}: {} bodies, {} nodes of {} tetrahedra, {}; meshes in {}\n", machine.name,
                                    machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear",

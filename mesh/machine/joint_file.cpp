@@ -19,6 +19,8 @@ using core::Node;
 
 namespace {
 
+constexpr double usual_angle_deg = 20.001;  ///< 20 with the rounding of a triangle's normal
+
 void require_together(const Node& node, const std::vector<std::string>& keys) {
   for (const std::string& given : keys) {
     for (const std::string& other : keys) {
@@ -52,7 +54,7 @@ Rule read_rule(const Node& node) {
   }
   if (node.has("normal")) {
     rule.normal = unit_vector(node, "normal");
-    if (node.has("max_angle_deg")) rule.max_angle = node.number("max_angle_deg") * degree;
+    rule.max_angle = (node.has("max_angle_deg") ? node.number("max_angle_deg") : usual_angle_deg) * degree;
   } else {
     refuse(node, "max_angle_deg", "together with normal = [x, y, z]");
   }
@@ -121,6 +123,24 @@ JointSpec read_joint(const Node& node, Draft& draft) {
   return joint;
 }
 
+namespace {
+
+/// The tape measures along its axis.
+void require_along_axis(const Node& node, const ScaleSpec& scale, const Machine& machine) {
+  const int index = machine.axis_index(scale.axis);
+  if (index < 0 || machine.axes[index].kind != AxisKind::linear) return;
+  const Eigen::Vector3d& along = machine.axes[index].direction;
+  const Eigen::Vector3d tape = scale.end - scale.start;
+  if (std::abs(tape.dot(along)) >= 0.99 * tape.norm()) return;
+  const double angle = std::acos(std::min(1.0, std::abs(tape.dot(along)) / tape.norm())) / degree;
+  const Eigen::Vector3d end = (scale.start + tape.norm() * (tape.dot(along) < 0.0 ? -1.0 : 1.0) * along) / millimetre;
+  throw InputError(
+      node.place("end_mm"), fmt::format("a tape from start_mm that is {:.3g} deg off axis {}", angle, scale.axis),
+      fmt::format("at most 8 deg off it: [{:g}, {:g}, {:g}] would be along it", end.x(), end.y(), end.z()));
+}
+
+}  // namespace
+
 ScaleSpec read_scale(const Node& node, Draft& draft) {
   ScaleSpec scale;
   scale.axis = draft.refer(node, "axis", "axis");
@@ -135,6 +155,7 @@ ScaleSpec read_scale(const Node& node, Draft& draft) {
   node.finish();
   if ((scale.end - scale.start).norm() < 1e-6)
     throw InputError(node.place("end_mm"), "the same point as start_mm", "the two ends of the tape");
+  require_along_axis(node, scale, draft.machine);
   return scale;
 }
 

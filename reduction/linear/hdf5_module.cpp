@@ -195,7 +195,9 @@ public:
       : name_(name),
         bytes_(std::move(bytes)),
         id_(opened(bytes_), H5Fclose) {
-    if (!id_.good()) throw InputError(name_, "no HDF5 file, or one that was cut off", "a whole HDF5 file");
+    if (!id_.good())
+      throw InputError(name_, "no HDF5 file, or one that was cut off",
+                       "a whole HDF5 file, such as a model.rom.h5 that `thermotwin reduce` wrote");
   }
 
   bool has(const std::string& path) const override { return H5Lexists(id_, path.c_str(), H5P_DEFAULT) > 0; }

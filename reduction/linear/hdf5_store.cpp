@@ -20,6 +20,7 @@ namespace {
 using core::InputError;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+constexpr const char* what_is_read = "a whole HDF5 file, such as a model.rom.h5 that `thermotwin reduce` wrote";
 constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
 
 const Hdf5Module& hdf5_module() {
@@ -32,7 +33,7 @@ const Hdf5Module& hdf5_module() {
 std::string checked_bytes(const std::filesystem::path& path) {
   std::string bytes = core::read_file(path);
   if (!bytes.starts_with(signature))
-    throw InputError(path.string(), "no HDF5 file, or one that was cut off", "a whole HDF5 file");
+    throw InputError(path.string(), "no HDF5 file, or one that was cut off", what_is_read);
   const std::size_t size = bytes.size() - std::min(bytes.size(), store_trailer_size);
   const std::string found = bytes.substr(size);
   bytes.resize(size);

@@ -289,6 +289,60 @@ expansion_1_K = 11.5e-6
   EXPECT_SAYS(wrong.err, "its thickness, 20 mm");
 }
 
+/// A head bolted on a bed, with a film over surfaces of it.
+struct BoltedHead : OwnCase {
+  explicit BoltedHead(const std::string& filmed)
+      : OwnCase(body_text("bed", 60) + body_text("head", 40, "parent = \"bed\"") + R"(
+[[surface]]
+id = "bed.top"
+body = "bed"
+rule = {normal = [0, 0, 1]}
+[[surface]]
+id = "head.foot"
+body = "head"
+rule = {normal = [0, 0, -1]}
+[[surface]]
+id = "head.skin"
+body = "head"
+except = ["head.foot"]
+[[joint]]
+id = "bolts"
+kind = "bolted"
+slave = "head.foot"
+master = "bed.top"
+conductance_W_m2K = 3000
+[[ambient]]
+id = "air"
+default_C = 20
+[[film]]
+id = "fan"
+surfaces = [)" + filmed +
+                R"(]
+film_coefficient_W_m2K = 20
+)") {
+    blocks("bed", {{{0, 0, 0}, {200, 100, 100}}});
+    blocks("head", {{{0, 0, 100}, {100, 100, 200}}});
+  }
+};
+
+TEST(OwnMachine, AFilmUnderABoltedJointIsWarnedOf) {
+  const BoltedHead foot("\"head.foot\""), skin("\"head.skin\""), both("\"head.skin\", \"bed.top\"");
+  const Result covered = foot.run({"mesh", foot.path()});
+  ASSERT_EQ(covered.status, 0) << covered.err;
+  EXPECT_SAYS(covered.err, "film 'fan': 100 % of its 100.0 cm2 lie under joints that do not move, where no air is");
+  EXPECT_SAYS(covered.out, "under fixed joints %");
+  const Result free = skin.run({"mesh", skin.path(), "--json"});
+  ASSERT_EQ(free.status, 0) << free.err;
+  EXPECT_EQ(free.err.find("film 'fan'"), std::string::npos) << free.err;
+  EXPECT_EQ(nlohmann::json::parse(free.out)["films"][0]["under_fixed_joints_percent"], 0.0);
+  // Half of the bed's top: 100 of 700 cm2.
+  const Result half = both.run({"mesh", both.path(), "--json"});
+  ASSERT_EQ(half.status, 0) << half.err;
+  const nlohmann::json film = nlohmann::json::parse(half.out)["films"][0];
+  EXPECT_NEAR(film["under_fixed_joints_percent"].get<double>(), 100.0 / 7.0, 0.01);
+  EXPECT_EQ(film["under_moving_joints_percent"], 0.0);
+}
+
 TEST(OwnMachine, ASliverOfAPlainPlateIsAvoidedByAnotherAttempt) {
   const OwnCase own(body_text("plate", 50));
   own.blocks("plate", {{{0, 0, 0}, {600, 350, 60}}});

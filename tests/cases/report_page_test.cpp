@@ -30,6 +30,7 @@ TEST(ReportPage, DrawsTheMachineAndTurnsIt) {
   EXPECT_EQ(turned.attribute("data-drawn"), "2");
   EXPECT_NE(still.attribute("data-angle"), turned.attribute("data-angle"));
   for (const Page& page : {still, turned}) cases::expect_quiet(page);
+  EXPECT_EQ(still.attribute("data-covered"), "0");  // no label lies on another
   EXPECT_GE(std::count(still.document.begin(), still.document.end(), '\n'), 50);
   cases::expect_turns_and_zooms(report, "machine", own.path());
 }

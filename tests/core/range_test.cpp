@@ -36,6 +36,8 @@ TEST(Range, BoundsAreWrittenWithoutTheSlackOfRounding) {
   EXPECT_EQ(phrase({-60.0000002, 120.0000003}), "a number from -60 to 120");
   EXPECT_EQ(phrase({-1e-7, 1e-7}), "a number from 0 to 1e-07");
   EXPECT_EQ(phrase({0.00012, 1.5e-5}), "a number from 0.00012 to 1.5e-05");
+  EXPECT_EQ(phrase({0.0, 8000.0 * (1.0 + 1e-9)}), "a number from 0 to 8000");
+  EXPECT_EQ(phrase({0.0, 0.35}), "a number from 0 to 0.35");
 }
 
 }  // namespace

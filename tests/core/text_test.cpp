@@ -8,6 +8,18 @@
 namespace thermotwin::core {
 namespace {
 
+TEST(Text, APlainNumberHasNoExponent) {
+  EXPECT_EQ(plain_number(358.2, 2), "360");
+  EXPECT_EQ(plain_number(2170.3, 4), "2170");
+  EXPECT_EQ(plain_number(152.0, 2), "150");
+  EXPECT_EQ(plain_number(-12345.6, 4), "-12350");
+  EXPECT_EQ(plain_number(0.01234, 2), "0.012");
+  EXPECT_EQ(plain_number(0.00001234, 2), "0.000012");
+  EXPECT_EQ(plain_number(0.0, 2), "0");
+  EXPECT_EQ(plain_number(3e12, 2), "3e+12");
+  EXPECT_EQ(plain_number(1.4, 4), "1.4");
+}
+
 TEST(Text, EditDistance) {
   EXPECT_EQ(edit_distance("", ""), 0U);
   EXPECT_EQ(edit_distance("", "abc"), 3U);
