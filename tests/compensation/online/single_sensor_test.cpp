@@ -56,8 +56,8 @@ Outcome outcome(const test::Truth& truth, std::size_t first, const std::vector<I
 }
 
 TEST(SingleSensor, ItsConstantErrorIsCoveredAndFoundByTheHoursThatFollow) {
-  const auto sensors = std::ssize(nominal().machine.sensors);
-  for (Index s = 0; s < sensors; ++s) {
+  const auto count = std::ssize(nominal().machine.sensors);
+  for (Index s = 0; s < count; ++s) {
     for (const double bias : {3.0, 5.0, 15.0, -5.0}) {
       const Outcome found = outcome(day(20.0), 0, {s}, bias);
       EXPECT_LT(found.worst, 3.0) << nominal().machine.sensors[s].id << " " << bias;
@@ -69,11 +69,11 @@ TEST(SingleSensor, ItsConstantErrorIsCoveredAndFoundByTheHoursThatFollow) {
 
 // The sensors of table and swivel, the last two, hardly see what spindle and drives have warmed.
 TEST(SingleSensor, AWarmMachineIsCoveredToo) {
-  const auto sensors = std::ssize(nominal().machine.sensors);
-  for (Index s = 0; s < sensors; ++s) {
+  const auto count = std::ssize(nominal().machine.sensors);
+  for (Index s = 0; s < count; ++s) {
     for (const double bias : {0.0, 5.0}) {
       EXPECT_LT(outcome(day(26.0), 0, {s}, bias).worst, 3.0) << "rested in a warm hall, " << s << " " << bias;
-      if (s >= sensors - 2) continue;
+      if (s >= count - 2) continue;
       EXPECT_LT(outcome(day(20.0), 150, {s}, bias).worst, 3.0) << "at work, " << s << " " << bias;
     }
   }
@@ -88,8 +88,8 @@ TEST(SingleSensor, OneThatAgreesWithTheAirIsBelieved) {
 }
 
 TEST(SingleSensor, OfTwoTheOneThatIsOffIsCovered) {
-  const auto sensors = std::ssize(nominal().machine.sensors);
-  for (Index s = 0; s + 1 < sensors; ++s) {
+  const auto count = std::ssize(nominal().machine.sensors);
+  for (Index s = 0; s + 1 < count; ++s) {
     for (const double bias : {0.0, 3.0, 15.0}) {
       EXPECT_LT(outcome(day(20.0), 0, {s, s + 1}, bias).worst, 5.0) << s << " " << bias;
     }
