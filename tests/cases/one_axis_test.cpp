@@ -261,8 +261,7 @@ TEST(OneAxis, NcSaysWhatACorrectedProgramLeaves) {
   const Bore& own = bore();
   own.write("part.ngc", "G21 G90 G54\nM3 S3000\nM8\nG0 X-80\nG1 X80 F500\nG4 P1200\nG1 X-80 F500\nM5\nM9\nM2\n");
   const fs::path out = own.result("nc");
-  const Result told =
-      thermotwin({"nc", model(), own.path() + "/part.ngc", "--rewrite", "path", "--out", out.string()});
+  const Result told = thermotwin({"nc", model(), own.path() + "/part.ngc", "--rewrite", "path", "--out", out.string()});
   ASSERT_EQ(told.status, 0) << told.err;
   const core::Table blocks = core::read_csv(out / "blocks.csv");
   double largest = 0.0;
