@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 
@@ -60,22 +61,21 @@ std::size_t sequence_length(std::string_view text) {
 std::string plain_number(double value, int digits) {
   std::string text = fmt::format("{:.{}g}", value, digits);
   if (text.find('e') == std::string::npos || !(std::abs(value) < 1e9) || std::abs(value) < 1e-5) return text;
-  const double rounded = std::stod(text);
+  double rounded = value;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
   const long magnitude = std::lround(std::floor(std::log10(std::abs(rounded))));
   return fmt::format("{:.{}f}", rounded, std::max(0L, digits - 1 - magnitude));
 }
 
 std::string lower(std::string_view text) {
   std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c += 'a' - 'A';
+  for (char& c : result) c = lower(c);
   return result;
 }
 
 std::string upper(std::string_view text) {
   std::string result(text);
-  for (char& c : result)
-    if (c >= 'a' && c <= 'z') c -= 'a' - 'A';
+  for (char& c : result) c = upper(c);
   return result;
 }
 
