@@ -185,6 +185,11 @@ TEST_F(StudyTests, SlipsNamePlaceValueAndWhatIsAllowed) {
     EXPECT_FALSE(fs::exists(study() / "load.toml"));
   }
   EXPECT_EQ(run({"--hours", "0"}).status, 2);
+  for (const char* option : {"--hours", "--leave"}) {
+    const Result nan = run({option, "nan"});
+    EXPECT_EQ(nan.status, 3) << option;
+    EXPECT_SAYS(nan.err, std::string(option) + ": nan; allowed: a number");
+  }
   EXPECT_EQ(run({"--no-probe", "--probe-every", "30"}).status, 2);
 
   // Exact values only.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/command_line/common.h"
 
+#include <cmath>
 #include <sstream>
+
+#include "core/error.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -56,6 +59,17 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
       ->group(common);
   verb.add_flag("--quiet", options.quiet, "Print no progress to stderr.")->group(common);
   verb.add_flag("--json", options.json, "Print the summary as one JSON object to stdout.")->group(common);
+}
+
+void require_numbers(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    if (!option->get_type_name().starts_with("FLOAT")) continue;
+    for (const std::string& word : option->results()) {
+      double value = 0.0;
+      if (CLI::detail::lexical_cast(word, value) && std::isnan(value))
+        throw core::InputError(option->get_name(), word, "a number");
+    }
+  }
 }
 
 void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::string& order_name) {

@@ -27,6 +27,9 @@ void add_solver_option(CLI::App& verb, std::string& solver);
 void add_full_campaign_options(CLI::App& verb, CampaignOptions& campaign);
 void add_validate_options(CLI::App& verb, ValidateOptions& validate);
 
+/// CLI11's ranges let nan pass. @throws InputError for an option of numbers that is none
+void require_numbers(const CLI::App& verb);
+
 /// @param options  live as long as the command line @param verb  called when this verb was given
 template <class Options>
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text, const std::string& example,
@@ -34,7 +37,8 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& te
   CLI::App* command = app.add_subcommand(name, text);
   add_common_options(*command, *options);
   command->footer("Example:\n  " + example);
-  command->callback([options, verb] {
+  command->callback([command, options, verb] {
+    require_numbers(*command);
     core::set_quiet(options->quiet);
     core::set_thread_count(options->threads);
     core::install_interrupt_handler();

@@ -151,7 +151,7 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   verb->add_option("--leave", tests.leave_um,
-                   "Take the fewest hours that leave at most this standard deviation of the TCP error, um.")
+                   "Shorten the test to what leaves at most this standard deviation of the TCP error, um.")
       ->check(CLI::Range(1e-6, 1e6));
   verb->add_option("--block", tests.block_min, "Length of a standard block, min.")
       ->check(CLI::Range(5.0, 1440.0))
