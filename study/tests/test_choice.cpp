@@ -200,22 +200,23 @@ TestOrder TestChoice::shortened(TestOrder order, double variance_um2) const {
                                     [&](double left) { return left <= variance_um2; });
   if (reached == path.variance_um2.end()) return order;
   order.resize(reached - path.variance_um2.begin() + 1);
-  for (bool shorter = true; shorter && order.size() > 1;) {
-    shorter = false;
-    std::vector<std::size_t> longest_first(order.size());
-    std::iota(longest_first.begin(), longest_first.end(), std::size_t{0});
-    std::stable_sort(longest_first.begin(), longest_first.end(),
-                     [&](std::size_t a, std::size_t b) { return order[a]->seconds() > order[b]->seconds(); });
-    for (const std::size_t i : longest_first) {
-      TestOrder other = order;
-      other.erase(other.begin() + i);
-      if (evaluate(other).end_um2() > variance_um2) continue;
-      order = std::move(other);
-      shorter = true;
-      break;
-    }
+  std::vector<std::size_t> longest_first(order.size());
+  std::iota(longest_first.begin(), longest_first.end(), std::size_t{0});
+  std::stable_sort(longest_first.begin(), longest_first.end(),
+                   [&](std::size_t a, std::size_t b) { return order[a]->seconds() > order[b]->seconds(); });
+  std::vector<char> kept(order.size(), 1);
+  const auto rest = [&] {
+    TestOrder blocks;
+    for (std::size_t i = 0; i < order.size(); ++i)
+      if (kept[i]) blocks.push_back(order[i]);
+    return blocks;
+  };
+  for (const std::size_t i : longest_first) {
+    kept[i] = 0;
+    const TestOrder without = rest();
+    kept[i] = without.empty() || run_on(start_, without, 0) > variance_um2;
   }
-  return order;
+  return rest();
 }
 
 TestOrder TestChoice::random(double seconds, std::uint64_t seed) const {
