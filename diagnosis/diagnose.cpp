@@ -144,8 +144,7 @@ void judge_explanation(const Problem& problem, const Response& response, const m
   if (named.members.empty()) return;
   linearise(named, problem, response, machine);
   if (!look.decided.causes.empty()) look.strain = strain_of(problem, named);
-  leave_open(problem, look.strain, look.decided);
-  if (look.found.probability_unknown < 0.5) return;
+  if (look.found.probability_unknown < 0.5) return leave_open(problem, look.strain, look.decided);
   raise_misfit(look.found, heldout_misfit(problem, named, look.found.beside_channel));
   look.decided = {};
   decide(problem, look.found, look.decided);
@@ -283,7 +282,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     d.ambiguous_set.clear();
     d.residuals.clear();
     raise_misfit(found, look.strain.heldout_misfit);
-    relist(problem, found, d);
+    rank_anew(problem, found, d);
     best = {};
     best.predicted = problem.predicted;
     best.refined = true;

@@ -31,7 +31,6 @@ constexpr double within_nominal = 3.0;       ///< stated standard deviations tha
 constexpr double likely =
     0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
-constexpr double least_beside_unknown = 0.05;
 
 constexpr std::size_t most_explanations = 8;
 constexpr double least_shown = 0.02;
@@ -407,42 +406,9 @@ void leave_open(const std::string& reason, Diagnosis& out) {
   out.causes.resize(1);
 }
 
-void relist(const Problem& problem, const SearchResult& found, Diagnosis& out) {
-  Diagnosis again;
-  const std::vector<RankedCause> causes = rank(problem, found, again);
-  out.ranking = std::move(again.ranking);
-  out.explanations = std::move(again.explanations);
-  const auto renew = [&](RankedCause& listed) {
-    const Parameter& p = listed.parameter;
-    double of_place = 0.0;  // of a law that of all that may be wrong there
-    for (const RankedCause& cause : out.ranking) {
-      if (p.kind == Kind::other_law && cause.parameter.where == p.where && !cause.parameter.name.empty())
-        of_place += cause.probability;
-      if (cause.parameter.kind != p.kind || cause.parameter.where != p.where || cause.parameter.missing != p.missing)
-        continue;
-      listed.probability = cause.probability;
-      listed.std = cause.std;
-      listed.value = cause.value;
-    }
-    if (p.kind == Kind::other_law) listed.probability = std::min(listed.probability, of_place);
-  };
-  for (RankedCause& cause : out.causes) renew(cause);
-  for (RankedCause& cause : out.ambiguous_set) renew(cause);
-  if (std::any_of(out.causes.begin(), out.causes.end(), [](const RankedCause& c) { return c.probability < sure; })) {
-    out.ambiguous_set.insert(out.ambiguous_set.begin(), out.causes.begin(), out.causes.end());
-    out.causes.clear();
-    for (const RankedCause& cause : causes) {
-      const bool listed = std::any_of(out.ambiguous_set.begin(), out.ambiguous_set.end(), [&](const RankedCause& c) {
-        return c.parameter.kind == cause.parameter.kind && c.parameter.where == cause.parameter.where;
-      });
-      if (!listed && cause.probability >= least_beside_unknown && outside_nominal(cause))
-        out.ambiguous_set.push_back(cause);
-    }
-  }
-  std::stable_sort(out.ambiguous_set.begin(), out.ambiguous_set.end(),
-                   [](const RankedCause& a, const RankedCause& b) { return a.probability > b.probability; });
-  std::erase_if(out.ambiguous_set,
-                [&](const RankedCause& c) { return !c.parameter.name.empty() && c.probability < least_in_set; });
+void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  out.ranking.clear();
+  rank(problem, found, out);
 }
 
 std::string uncertain_size(const Diagnosis& d) {

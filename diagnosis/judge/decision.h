@@ -27,9 +27,8 @@ void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out);
 /// set.
 void leave_open(const std::string& reason, Diagnosis& out);
 
-/// The probabilities and deviations of what is listed anew, where more of a misfit is known than when it was decided.
-/// What is no longer sure is not named, but shares with something unknown.
-void relist(const Problem& problem, const SearchResult& found, Diagnosis& out);
+/// Ranking and explanations, where more of a misfit is known than when it was decided.
+void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
 /// @return why a named cause does not explain: its estimate is nearer to nominal than two of its own standard
 ///   deviations; empty: none is
