@@ -166,7 +166,8 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
 LoadText::LoadText(const mesh::Machine& machine, const std::vector<std::string>& drives, const std::string& title,
                    double initial_C, const Positions& start)
     : machine_(machine),
-      drives_(drives) {
+      drives_(drives),
+      has_fluid_(mesh::has_cutting_fluid(machine)) {
   head_ = fmt::format("# SPDX-License-Identifier: GPL-3.0-or-later\nschema = 1\ntitle = {}\ninitial_C = {}\n",
                       core::json_text(title), initial_C);
   phases_ = "[position]\n";
@@ -179,7 +180,7 @@ LoadText::LoadText(const mesh::Machine& machine, const std::vector<std::string>&
 void LoadText::add(const Row& row) {
   const double duration = row.to - row.from;
   phases_ += fmt::format("[[phase]]\nduration_s = {}\nspindle_rpm = {}\ncutting_fluid = {}\n", duration,
-                         row.spindle_rpm, row.fluid >= 0.5 && mesh::has_cutting_fluid(machine_) ? "true" : "false");
+                         row.spindle_rpm, row.fluid >= 0.5 && has_fluid_ ? "true" : "false");
   for (Eigen::Index i = 0; i < row.process_W.size(); ++i)
     phases_ += fmt::format("\"{}_W\" = {}\n", drives_[i], row.process_W[i]);
   for (std::size_t k = 0; k < machine_.axes.size(); ++k) {

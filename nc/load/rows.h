@@ -71,6 +71,7 @@ public:
 private:
   const mesh::Machine& machine_;
   const std::vector<std::string>& drives_;
+  bool has_fluid_;
   std::string head_, phases_;
 };
 

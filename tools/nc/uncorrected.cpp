@@ -7,10 +7,28 @@
 
 namespace thermotwin::tools {
 
-/// Linear axes turn none.
+namespace {
+
+bool turns_a_linear_axis(const mesh::Machine& machine) {
+  const auto kind_of = [&](const mesh::BodySpec& body) {
+    const int axis = machine.axis_index(body.axis);
+    return axis < 0 ? std::nullopt : std::optional(machine.axes[axis].kind);
+  };
+  return std::any_of(machine.bodies.begin(), machine.bodies.end(), [&](const mesh::BodySpec& body) {
+    if (kind_of(body) != mesh::AxisKind::linear) return false;
+    for (int at = machine.body_index(body.parent); at >= 0; at = machine.body_index(machine.bodies[at].parent))
+      if (kind_of(machine.bodies[at]) == mesh::AxisKind::rotary) return true;
+    return false;
+  });
+}
+
+}  // namespace
+
+Uncorrected::Uncorrected(const mesh::Machine& machine) : machine_(machine), turned_(turns_a_linear_axis(machine)) {}
+
 const compensation::AxisReach& Uncorrected::reach(const mesh::Pose& pose) {
   bool same = reach_.has_value();
-  for (std::size_t a = 0; same && a < machine_.axes.size(); ++a)
+  for (std::size_t a = 0; turned_ && same && a < machine_.axes.size(); ++a)
     same = machine_.axes[a].kind == mesh::AxisKind::linear || pose[a] == reached_at_[a];
   if (!same) {
     reach_.emplace(machine_, pose);

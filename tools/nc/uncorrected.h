@@ -14,7 +14,7 @@ namespace thermotwin::tools {
 
 class Uncorrected {
 public:
-  explicit Uncorrected(const mesh::Machine& machine) : machine_(machine) {}
+  explicit Uncorrected(const mesh::Machine& machine);
 
   void add(const nc::PredictedMove& move);
   /// A sentence; empty: axes move all directions.
@@ -26,6 +26,7 @@ private:
   const compensation::AxisReach& reach(const mesh::Pose& pose);
 
   const mesh::Machine& machine_;
+  bool turned_;  ///< a rotary axis carries a linear one: the directions depend on the pose
   std::optional<compensation::AxisReach> reach_;
   mesh::Pose reached_at_;
   std::string directions_;
