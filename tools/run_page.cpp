@@ -28,10 +28,11 @@ std::string headline(const RunResults& r) {
   const std::string& load = r.validation.rows.front().load;
   const double removed = r.validation.median_reduction(load, true);
   const core::Tone tone = removed > 50.0 ? core::Tone::good : core::Tone::warn;
-  std::vector<std::string> sentences{fmt::format(
-      "Compensation removes {:.1f}&#8239;% of the TCP error of the unseen program {}: {:.1f} µm RMS become {:.1f} µm.",
-      removed, core::xml_text(load), r.validation.rms(load, &ValidationRow::rms_before_um),
-      r.validation.rms(load, &ValidationRow::rms_sensors_um))};
+  std::vector<std::string> sentences{
+      fmt::format("Compensation removes {:.1f}&#8239;% of the TCP error of the unseen program {}: {:.1f} µm RMS become "
+                  "{:.1f} µm.",
+                  removed, core::xml_text(load), r.validation.rms(load, &ValidationRow::rms_before_um),
+                  r.validation.rms(load, &ValidationRow::rms_sensors_um))};
   if (const std::string stays = r.validation.unmoved_sentence(load, "µm"); !stays.empty()) sentences.push_back(stays);
   const std::string page = core::html_finding(tone, "compensation", sentences);
   std::vector<std::string> tiles{

@@ -119,8 +119,8 @@ std::string trace_svg(const ValidationTrace& trace) {
 
 std::string trace_legend() {
   return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
-         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 standard deviations, of "
-         "the offsets as the compensator states them (its std_um) and of the measured values</span></div>\n";
+         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 standard deviations, "
+         "of the offsets as the compensator states them (its std_um) and of the measured values</span></div>\n";
 }
 
 }  // namespace thermotwin::compensation

@@ -70,7 +70,10 @@ TEST(ImportProcess, ACrashAndALoopWithoutEndAreErrors) {
   });
   EXPECT_NE(crash.find("body 'a': b.step: reading or meshing it crashed"), std::string::npos) << crash;
   const std::string loop = message([]() -> mesh::TetMesh {
-    for (volatile long i = 0;; i = i + 1) {}
+    for (volatile long i = 0;;) {
+      const long next = i + 1;
+      i = next;
+    }
   });
   EXPECT_NE(loop.find("not read and meshed within 1 s of processor time"), std::string::npos) << loop;
   EXPECT_NE(loop.find("or mesher = \"lattice\" of the body"), std::string::npos) << loop;
