@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_OBSERVER_DATA_H
 #define THERMOTWIN_OBSERVER_DATA_H
-/* What the parts of the observer need of a model: structs that point into its arrays. */
+/* Data of a model for the parts of the observer: structs that point into the model's arrays. */
 
 #include "compensation/control/day_of_work.h"
 #include "compensation/control/model.h"
@@ -14,11 +14,11 @@ extern "C" {
 typedef struct tt_observer_data {
   tt_sensor_model sensors;
   tt_reading_model readings;
-  tt_day_model day; /* without coefficients */
+  tt_day_model day; /* coefficients and with are NULL; the caller sets them */
   tt_observer_model observer;
 } tt_observer_data;
 
-/* The parts point to each other: data must stay where it is. */
+/* Sets data. Its members point to each other and into m: neither may be moved while data is in use. */
 void tt_observer_data_of(const tt_model* m, tt_observer_data* data);
 
 #ifdef __cplusplus

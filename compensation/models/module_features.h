@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What the modules of the composite correlative model (compensation/models/three_modules.h) read from one row after the
-// other: the baseline, features of the surroundings by (8) to (10) of Naumann et al. (2023), features of the sensors.
+// Features of the composite correlative model (compensation/models/three_modules.h), row by row: the baseline, features
+// of the surroundings by (8) to (10) of Naumann et al. (2023), and features of the other sensors.
 
 #include <Eigen/Core>
 
@@ -13,15 +13,15 @@
 
 namespace thermotwin::compensation {
 
-/// What all modules share. Inputs: temperatures of the machine (and the air).
+/// Inputs and time constants of the modules. An input is the index of a temperature of the machine, or of the air.
 struct ModuleLayout {
-  std::array<Eigen::Index, 2> ambient{};  ///< inputs; the first guides the modes and is the baseline
+  std::array<Eigen::Index, 2> ambient{};  ///< inputs; the first gives mode and baseline
   std::vector<Eigen::Index> internal;     ///< inputs of module 3
   double sigma_s = 0;                     ///< of the Gaussian filter; 0: none
   std::vector<double> memories;           ///< s, of module 2
   std::vector<double> lags;               ///< s, of module 3
   bool baseline = true;
-  double reference = 0;  ///< of T without module 1
+  double reference = 0;  ///< degC, in place of the baseline where `baseline` is false: no module 1
 };
 
 struct ModuleRow {
@@ -39,7 +39,7 @@ public:
 
   static Eigen::Index ambient_size(const ModuleLayout& layout) { return 16 + 6 * std::ssize(layout.memories); }
 
-  /// @param time  s, rising  @return whether all inputs are there; the row is as it was where they are not
+  /// @param time  s, rising  @return whether all inputs are finite; else `row` is unchanged
   bool step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs, ModuleRow& row);
 
 private:
@@ -52,8 +52,8 @@ private:
   LagBank memories_;
 };
 
-/// Features of module 3 from the sensors less baseline and offsets: as they are, what lies above their bend, and past
-/// first-order elements.
+/// Features of module 3, of the sensors less baseline and offsets: the value, its excess above the bend, and the value
+/// past first-order elements. At the bend the gain of a sensor changes.
 class InternalFeatures {
 public:
   /// @param layout, bend  have to outlive the features; bend: (internal) K
@@ -62,7 +62,7 @@ public:
   static Eigen::Index size(const ModuleLayout& layout) {
     return std::ssize(layout.internal) * (2 + std::ssize(layout.lags));
   }
-  /// @param time  s, rising  @param warm  (internal) K
+  /// @param time  s, rising  @param warm  (internal) K, sensors less baseline and offsets
   Eigen::RowVectorXd step(double time, const Eigen::RowVectorXd& warm);
 
 private:

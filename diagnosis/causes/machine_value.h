@@ -13,17 +13,18 @@ namespace thermotwin::diagnosis {
 struct MachineValue {
   std::string table;  ///< "source": the [[source]] ...
   std::string id;     ///< ... with this id
-  std::string part;   ///< the table below it that this names; empty: the table itself
+  std::string part;   ///< value of part_key in the nested table that has the key; empty: the table itself has it
   std::string key;
-  double* value = nullptr;                              ///< pointer into the machine that was asked
-  double per_unit = 1;                                  ///< the machine's value of one unit of the key
+  double* value = nullptr;                              ///< in the machine given to machine_values()
+  double per_unit = 1;                                  ///< `value` for 1 in the unit of the key
   std::string id_key = "id";                            ///< key that holds the id
   std::string part_table = "segment", part_key = "id";  ///< `[[<table>.<part_table>]]` whose part_key is `part`
   bool may_lack = false;                                ///< if absent, the table is added at the end of the file
 };
 
-/// @return all numbers that the parameter changes: both stiffnesses of a joint, else one. Missing items are added to
-///   the machine: a [[reading]], or a body's own material. @throws InputError for an unknown kind or item
+/// @return all numbers that the parameter changes: both stiffnesses of a joint, a material and its copies, else one.
+///   Missing items are added to the machine: a [[reading]], or a body's own material.
+/// @throws InputError for an unknown kind or item
 std::vector<MachineValue> machine_values(mesh::Machine& machine, const Parameter& parameter);
 
 /// @return the number in the file for a value of the parameter: a ratio multiplies it, else the value is added

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a machine engineer does about a cause: where to look, and for what.
+// The action of a machine engineer on a cause: where to look, and for what.
 
 #include <string>
 #include <vector>
@@ -14,7 +14,9 @@ namespace thermotwin::diagnosis {
 /// there in proportion to coolant.main.on."
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model);
 
-/// Of the causes that are named; else of the most probable one of those that share. Empty: nothing to do.
+/// Actions for the named causes and for causes of kind other_law in the ambiguous set. If something unknown leads, an
+/// action for it comes first. If there is none of these: the action for the most probable cause of the ambiguous set.
+/// Empty: nothing to do.
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
 
 }  // namespace thermotwin::diagnosis

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The module that holds Gmsh, and with it OpenCASCADE and a graphical interface: ninety shared libraries. Its functions
-// get what they need of this program as calls, because a module has copies of the program's own state.
+// The module that holds Gmsh, and with it OpenCASCADE and a graphical interface: ninety shared libraries. The program
+// passes callbacks to its functions, because a module has its own copy of the program's global state.
 
 #include <Eigen/Core>
 
@@ -18,7 +18,7 @@ namespace thermotwin::mesh {
 
 /// One body to be meshed; all of it outlives the call.
 struct GmshJob {
-  const std::filesystem::path& file;  ///< empty for a surface at hand
+  const std::filesystem::path& file;  ///< empty for a surface in memory
   const std::string& place;           ///< for messages
   const ImportOptions& options;
   const Attempt& attempt;
@@ -26,7 +26,7 @@ struct GmshJob {
   bool iges;                                                       ///< the file is of this type
   std::function<void(const std::string&)> warn;                    ///< takes the text of a warning
   std::function<void(const Eigen::Matrix3Xd& ends)> check_extent;  ///< takes the corners of a box, m, (3 x 2)
-  std::function<void(double volume)> require_affordable;           ///< takes the volume to be meshed, m^3
+  std::function<void(double volume)> require_affordable;           ///< volume in m^3; throws above max_elements
 };
 
 /// Functions of the module. Each takes one lock for the whole program, since the state of Gmsh is global.

@@ -22,20 +22,21 @@ const KeyTable input_table{
         key::text("unit", "", "Its unit, for the tables."),
         key::text("says", "", "Its meaning, for the tables."),
         key::word("distribution", {"normal", "rectangular", "triangular", "arcsine"}, "normal",
-                  "Its distribution; with finite degrees of freedom a normal one becomes a scaled t distribution, and "
-                  "the limits of the "
-                  "others are known inexactly."),
-        key::number("value", "its unit", any_number, Absent{"0; of readings their mean"}, "Its estimate."),
+                  "Its distribution. With finite degrees of freedom a normal one becomes a scaled t distribution; of "
+                  "any other one the half width is drawn too."),
+        key::number("value", "its unit", any_number, Absent{"0, or the mean of the readings"}, "Its estimate."),
         key::number("std", "its unit", non_negative, Absent{"half_width or readings"},
-                    "Its standard uncertainty; the only choice of a normal distribution without readings."),
+                    "Its standard uncertainty; a normal distribution without readings requires it."),
         key::number("half_width", "its unit", non_negative, Absent{"std or readings"},
                     "Half of the range of a rectangular, triangular or arcsine distribution, in place of std."),
         key::numbers(
             "readings", "its unit", any_number, Absent{"std or half_width"},
-            "Repeated readings: their mean, its standard deviation, one degree of freedom fewer than readings."),
+            "Repeated readings. The estimate is their mean; its uncertainty has one degree of freedom fewer than there "
+            "are readings."),
         key::number("degrees_of_freedom", "1", Range{1.0, 1e300}, Absent{"without limit"},
-                    "Of a stated std or half_width; of a half_width 1.5 or more: its draws are then rectangular with "
-                    "the relative standard uncertainty 1 / sqrt(2 degrees of freedom)."),
+                    "Degrees of freedom nu of a stated std or half_width, for a half_width at least 1.5. The half "
+                    "width is drawn from a rectangular distribution with the relative standard uncertainty "
+                    "1 / sqrt(2 nu)."),
     }};
 
 const KeyTable correlation_table{
@@ -63,7 +64,8 @@ const KeyTable coverage_table{
     "How wide the intervals are.",
     {
         key::number("probability", "1", Range{0.5, 0.9999}, 0.95,
-                    "Coverage probability of the intervals; with a factor alone, that of a normal distribution."),
+                    "Coverage probability of the intervals. If `factor` alone is stated, it is the probability of that "
+                    "factor for a normal distribution."),
         key::number("factor", "1", positive, Absent{"from the probability and the effective degrees of freedom"},
                     "Coverage factor k of the expanded uncertainty."),
     }};
@@ -74,7 +76,9 @@ const KeyTable monte_carlo_table{
     {
         key::whole("draws", 10000, 10000000, 1e6, "Number of draws."),
         key::whole("seed", 0, 2147483647, 1.0, "Seed of the random numbers."),
-        key::whole("digits", 1, 2, 2.0, "Significant digits of the standard uncertainty that both methods must share."),
+        key::whole("digits", 1, 2, 2.0,
+                   "Significant digits of the standard uncertainty. The tolerance between the intervals of both "
+                   "methods is half a unit of the last one."),
     }};
 
 const KeyTable budget_file{

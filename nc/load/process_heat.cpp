@@ -35,9 +35,10 @@ const KeyTable tool_table{
     {
         key::whole("number", 0, 99999, required, "Its number, as T calls it; 0: cuts before the first tool change."),
         key::number("power_W", "W", non_negative, 0.0,
-                    "Power of the spindle while it cuts; `spindle_power_W` of `nc --log` replaces it."),
+                    "Power of the spindle while the tool cuts; `spindle_power_W` of `nc --log` replaces it."),
         key::number("idle_W", "W", non_negative, 0.0,
-                    "Power of the spindle at its speed without a cut; it is subtracted."),
+                    "Power of the spindle at this speed without a cut; it is subtracted from the power while the tool "
+                    "cuts."),
         key::tables("heat", heat_table, Absent{"those of the file"}, "Its own shares."),
     }};
 
@@ -45,7 +46,8 @@ const KeyTable process_file{"process.toml",
                             "Heat of the cutting process for `nc --process`: the power of tools, and where it goes.",
                             {
                                 key::schema(),
-                                key::tables("heat", heat_table, Absent{"those of the tools"}, "Shares of the power."),
+                                key::tables("heat", heat_table, Absent{"those of the tools"},
+                                            "Shares of the power, for tools without shares of their own."),
                                 key::tables("tool", tool_table, Absent{"the power of `nc --log`"}, "Tools."),
                             }};
 

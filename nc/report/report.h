@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// report.html of `nc`: what the program takes, where it is off and by how much, what each tool does, which moves are
-// beyond limits, and how a series of parts warms up.
+// report.html of `nc`: duration and largest TCP errors of the program, the operations of each tool, the moves beyond
+// limits, and the drift over a series of parts.
 
 #include <optional>
 #include <string>
@@ -18,15 +18,15 @@ namespace thermotwin::nc {
 
 struct Report {
   std::string program, machine;
-  std::string begins;             ///< words for the machine before the program
+  std::string begins;             ///< thermal state at the start, in words
   std::vector<std::string> axes;  ///< linear axes with offsets
   double duration_s = 0, cutting_s = 0, rapid_s = 0, pause_s = 0;
   long moves = 0, lines = 0;
-  int parts = 1, first_good_part = 0;                          ///< 0: a single part
+  int parts = 1, first_good_part = 0;                          ///< first_good_part 0: there is one part only
   double warm_up_s = 0, tolerance_um = 0, drift_ahead_um = 0;  ///< of a series; see Parts
-  /// Of the parts before the last one, whose path is not drawn: the end of a cut with the largest error.
+  /// End of the cut with the largest error in the parts before the last one; only the last one's path is drawn.
   std::optional<PathPoint> worst_before;
-  int worst_part = 0;     ///< of it, from 1
+  int worst_part = 0;     ///< part of worst_before, from 1
   std::string rewritten;  ///< words for the corrected program; empty: none
   std::string imprint;    ///< section of the finishing pass; empty: none
   std::string locations;  ///< section of the location errors

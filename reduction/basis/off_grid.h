@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a reduced model is off by between its stored poses, where its output rows are interpolated:
-// against the full model's own rows there, times the full model's temperatures of held-out loads.
+// Error of a reduced model at poses between its stored ones, where its output rows are interpolated. The reference is
+// the full model: its own output rows at these poses times its temperatures under held-out loads.
 
 #include <Eigen/Core>
 
@@ -15,25 +15,27 @@
 
 namespace thermotwin::reduction {
 
-/// Poses at random: axes of the workspace evenly between their outermost positions, others over their travel
-/// (an endless one: a turn). The same seed gives the same poses on every machine.
+/// Random poses. An axis of the workspace is uniform between its outermost positions, an endless axis over one turn,
+/// any other axis over its travel. The same seed gives the same poses on every computer.
 std::vector<mesh::Pose> random_poses(const mesh::Machine& machine, int count, std::uint64_t seed = 20);
 
-/// The full model at some poses.
+/// Output rows of the full model at given poses.
 struct FullRows {
   std::vector<mesh::Pose> poses;
   std::vector<solver::OutputRows> rows;
 };
 FullRows full_rows(const solver::FullModel& full, std::vector<mesh::Pose> poses);
 
-/// Translations of a load there, (3 x output times) in um for each pose. @param snapshots  (size x output times)
+/// Translations of the TCP error at these poses, (3 x output times) in um each.
+/// @param snapshots  (size x output times) temperatures of one load, K above the reference
 std::vector<Eigen::Matrix3Xd> off_grid_truth(const mesh::Machine& machine, const FullRows& full,
                                              const Eigen::MatrixXd& snapshots);
 
 struct OffGridErrors {
   std::string load;
-  /// (poses) um, translations: largest of the full model, reduced minus full, RMS of that, and reduced minus
-  /// full where the reduced model has these poses' own rows, not interpolated ones.
+  /// (poses) um, lengths of translations over all times. peak: largest of the full model. max and rms: largest and RMS
+  /// of reduced minus full. own_rows: largest of reduced minus full, with the full model's rows at these poses in place
+  /// of interpolated ones.
   Eigen::VectorXd peak, max, rms, own_rows;
   double peak_um() const { return peak.maxCoeff(); }
   double max_um() const { return max.maxCoeff(); }

@@ -16,7 +16,8 @@ namespace {
 const KeyTable reduction{
     "reduction",
     "The reduced model.",
-    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP that decides its order.")}};
+    {key::number("tolerance_um", "um", positive, 0.1,
+                 "Largest error of the TCP translations on the training loads; it decides the order.")}};
 
 const KeyTable check_points{
     "check_points",
@@ -28,16 +29,16 @@ const KeyTable measured_machine{
     "Without a measurement, `run` simulates one: on a finer mesh, with another time scheme, perturbed parameters, "
     "noise and one hidden effect.",
     {
-        key::text("load", required, "The load program that it runs."),
+        key::text("load", required, "The load program that the measured machine runs."),
         key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required,
                   "Kind of the hidden effect."),
-        key::text("where", required, "Id of the source, film or joint that has it."),
-        key::number(
-            "factor", "1", positive, required,
-            "Factor on its value in the measured machine, whose own value has been drawn about nominal before."),
+        key::text("where", required, "Id of the source, film or joint with the hidden effect."),
+        key::number("factor", "1", positive, required,
+                    "Factor of the hidden effect; it multiplies the perturbed value of the measured machine."),
         key::whole("seed", 0, 1'000'000'000, 7.0, "Seed of the perturbed parameters and the noise."),
-        key::number("size_factor", "1", positive, 0.8, "Its element sizes relative to the case's mesh."),
-        key::number("refine", "1", positive, 0.8, "Its time steps relative to the load's."),
+        key::number("size_factor", "1", positive, 0.8,
+                    "Element sizes of the measured machine over those of the case's mesh."),
+        key::number("refine", "1", positive, 0.8, "Time steps of the measured machine over those of the load program."),
     }};
 
 KeyTable table_of_case() {
@@ -46,7 +47,7 @@ KeyTable table_of_case() {
           {
               key::schema(),
               key::text("machine", "machine.toml", "The machine's file, relative to case.toml."),
-              key::text("size", "coarse", "Default mesh: coarse, standard, fine or a number."),
+              key::text("size", "coarse", "Default mesh: coarse, standard, fine or a size factor."),
               key::texts("train", Absent{}, "Training load programs, by file name without .toml."),
               key::texts("holdout", Absent{}, "Held-out load programs, on which errors are stated."),
               key::text("measurement", Absent{}, "A measurement folder that `run` diagnoses."),

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The small dense system of a pose (see model.h): spring forces and rigid motions. It is
-// symmetric and indefinite; forces and motions are scaled against each other so that its condition
-// tells whether something hangs loose.
+// The small dense system of a pose (see model.h): spring forces and rigid motions. It is symmetric and indefinite.
+// Forces and motions are scaled against each other, so that a poor condition number reveals a body that is loose.
 
 #include <Eigen/LU>
 
@@ -13,12 +12,12 @@
 
 namespace thermotwin::solver {
 
-/// Answers of one body to its unit functionals.
+/// Response of one body to its unit functionals w (functionals.h); K^+ and R as in model.h.
 struct BodyResponse {
   Eigen::MatrixXd gram;                              ///< (units x units) w^T K^+ w'
   Eigen::MatrixXd rigid;                             ///< (6 x units) R^T w
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, of the rotations in R
-  double length = 1.0;                               ///< m, by which R divides them
+  double length = 1.0;                               ///< m, by which R divides the rotations
 };
 
 /// @throws MeshError naming an elastic body that no spring touches
@@ -34,16 +33,18 @@ public:
 
   const std::vector<Spring>& springs() const { return springs_; }
 
-  /// What holds bodies so little that their displacements cannot be trusted; empty: nothing.
+  /// A message that names the bodies held so weakly that their displacements are unreliable; empty: none.
   std::string hardly_held(const mesh::Machine& machine) const;
 
-  /// Spring part of the adjoint solutions, (springs x outputs).
+  /// Spring forces of the adjoint solution of each output, (springs x outputs).
   Eigen::MatrixXd adjoint_forces(const std::vector<Combination>& outputs) const;
 
-  /// Their first and second derivative by ln k of the springs of one joint; forces as adjoint_forces gives them.
+  /// First and second derivative of these forces by ln k, the logarithm of the stiffness of one joint's springs.
+  /// @param forces  as adjoint_forces() returns them
   std::pair<Eigen::MatrixXd, Eigen::MatrixXd> stiffness_change(int joint, const Eigen::MatrixXd& forces) const;
 
-  /// Weights of a body's units in outputs + S forces, (units x columns); outputs may be empty.
+  /// Weights of a body's unit functionals in the outputs plus the springs' gaps times `forces`, (units x columns);
+  /// outputs may be empty.
   Eigen::MatrixXd unit_weights(int body, const std::vector<Combination>& outputs, const Eigen::MatrixXd& forces) const;
 
   struct Solution {

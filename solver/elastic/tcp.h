@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The TCP error from its parts. error = tool side - table side, machine frame; offset = -error.
-// Table-side parts live in the frame of the table's carrier (axis part) and of the table (own
-// part): the own part turns with the table axis, both turn with the axes below, and the rigid
-// motion is taken at the point of the table that the tool touches.
+// The TCP error from its parts: error = tool side - table side, in the machine frame; offset = -error.
+// The table side has two parts. The axis part is a motion in the frame of the table's carrier, the own part one in the
+// frame of the table. The own part turns with the table axis, both parts with the axes that carry the table. Each rigid
+// motion is evaluated at the point of the table that the tool touches.
 
 #include <Eigen/Core>
 
@@ -17,6 +17,7 @@ using Vector7 = Eigen::Matrix<double, 7, 1>;
 
 struct TcpError {
   Vector6 error;  ///< dx dy dz in m, ra rb rc in rad
+  /// The two sides, at the TCP.
   Vector6 tool, table;
 };
 

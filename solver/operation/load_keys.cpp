@@ -18,10 +18,11 @@ const Absent as_before{"as before"};
 
 const KeyTable time{
     "time",
-    "How a load program is taken through time.",
+    "Time integration of a load program.",
     {
         key::word("scheme", {"fixed", "backward_euler", "adaptive"}, "adaptive",
-                  "fixed: second order at `time_step_s`; backward_euler: first order at it; adaptive: error control."),
+                  "fixed: SDIRK2, second order, with the steps `time_step_s` of the load program; backward_euler: "
+                  "first order, with the same steps; adaptive: TR-BDF2 with error control."),
         key::number("tolerance_K", "K", {1e-8, 10.0}, 0.01, "adaptive: largest estimated error of a step at any node."),
         key::number("shortest_step_s", "s", {1e-6, 1e6}, 0.01,
                     "adaptive: a step of this length is accepted at any error and counted in the summary."),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How a load program is taken through time: [time] of a load program, else of its case.
+// Time integration of a load program: [time] of the load program, else of its case.
 
 #include <string>
 

@@ -18,21 +18,22 @@ namespace thermotwin::study {
 /// An uncertain parameter with its prior.
 struct UncertainParameter {
   diagnosis::Parameter parameter;
-  double std = 0;     ///< of the parameter: a share, or K
+  double std = 0;     ///< of the prior: relative to nominal, or K for an ambient
   double memory = 0;  ///< s, time constant of the return to the prior
 };
 
-/// @return all with a std_percent, and the surroundings with the prior that the observer has of them
+/// @return the powers, films, contacts, coolants and exchanges of machine.toml with a std_percent, and the ambients
+///   with the prior of the observer
 std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedModel& model);
 
 /// One load program.
 struct LoadResponses {
   std::string load;
-  std::vector<double> times;            ///< s, at equal distances but for the last
-  std::vector<Eigen::MatrixXd> states;  ///< (order x parameters) K per standard deviation, one a time
+  std::vector<double> times;            ///< s, at equal intervals, except the last one
+  std::vector<Eigen::MatrixXd> states;  ///< (order x parameters) K per standard deviation, for each time
 };
 
-/// @param every_s  about the distance of the times, s
+/// @param every_s  interval of the times, s, rounded to a multiple of the output interval
 LoadResponses responses(const reduction::ReducedModel& model, const std::vector<UncertainParameter>& parameters,
                         const solver::LoadProgram& load, double every_s);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Results of earlier runs in the folder of a study: tables that this plan does not make are moved to before/<number>.
+// Tables of earlier runs in the folder of a study. Those that the present results do not contain are moved to
+// before/<number>.
 
 #include <filesystem>
 #include <string>
@@ -10,8 +11,9 @@
 
 namespace thermotwin::study {
 
-/// Moves tables that the results do not have to before/1 (2, 3 ...), and warns which. @throws InputError
-/// @return the tables, relative to the folder
+/// Moves the tables that `results` does not contain to before/1, or to the next free number, and names them in a
+/// warning. @throws InputError without write permission
+/// @return the moved tables, relative to `study`
 std::vector<std::string> set_aside(const std::filesystem::path& study, const VariantStudy& results);
 
 }  // namespace thermotwin::study
