@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Script that pages with a scene in space share. It stands before the script of the scene.
+// Script for the view of a 3-D scene, shared by all pages that have one. It comes before the script of the scene.
 
 namespace thermotwin::core {
 
 inline const char* const view_script = R"JS(
-// Where a scene is looked at from: radians about the vertical and above the horizon, and a factor. Dragging turns,
-// the wheel zooms; draw() follows in the next frame.
+// Viewing direction of a scene: azimuth about the vertical and elevation above the horizon in rad, and a zoom factor.
+// Dragging turns the scene, the wheel zooms; draw() is called in the next frame.
 function sceneView(canvas, azimuth, elevation, draw) {
   const view = { azimuth, elevation, zoom: 1 }, perPixel = 0.008, steepest = 1.57;
   let last = null;
@@ -24,7 +24,7 @@ function sceneView(canvas, azimuth, elevation, draw) {
     requestAnimationFrame(draw); }, { passive: false });
   return view;
 }
-// A number behind the address, as in report.html#time=0.5&turn=1.
+// A number in the fragment of the address, such as report.html#time=0.5&turn=1.
 function askedNumber(name, otherwise) {
   const asked = new URLSearchParams(location.hash.slice(1));
   return asked.has(name) ? Number(asked.get(name)) : otherwise;

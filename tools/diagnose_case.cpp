@@ -58,11 +58,11 @@ std::string records_in_words(const diagnosis::Diagnosis& result) {
   std::string text;
   for (std::size_t k = 0; k < result.records.size(); ++k) {
     const diagnosis::DiagnosedRecord& record = result.records[k];
-    text += fmt::format("record {}: {:.1f} h, held out from {:.1f} h", record.name,
+    text += fmt::format("record {}: {:.1f} h, held-out data from {:.1f} h on", record.name,
                         (record.to_s - record.from_s) / core::units::hour,
                         (record.heldout_from_s - record.from_s) / core::units::hour);
     if (record.rms_before_um > 0.0) {
-      text += fmt::format("; TCP residual there {:.2f} um before, {:.2f} um after", record.rms_before_um,
+      text += fmt::format("; TCP residual on them {:.2f} um before, {:.2f} um after", record.rms_before_um,
                           record.rms_after_um);
     }
     text += "\n";

@@ -178,8 +178,8 @@ constexpr double much_covered = 0.5;  ///< less may be an edge of a plane that g
 void warn_of_covered(const mesh::FilmSpec& film, double area, double fixed, const std::string& machine) {
   if (fixed < much_covered * area) return;
   core::warn(
-      fmt::format("{} film '{}': {:.0f} % of its {:.1f} cm2 lie under joints that do not move, where no air is; "
-                  "the film cools them all the same. Leave the surfaces of these joints out of it",
+      fmt::format("{} film '{}': {:.0f} % of its {:.1f} cm2 lie under joints that do not move. The film cools this "
+                  "area although no air reaches it; exclude the surfaces of these joints from the film",
                   machine, film.id, 100.0 * fixed / area, 1e4 * area));
 }
 

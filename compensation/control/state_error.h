@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Why a saved state is refused, for programs that act on the reason.
+// Error of a refused state file, with the reason as a value for callers that act on it.
 
 #include <string>
 
@@ -9,15 +9,15 @@
 namespace thermotwin::compensation {
 
 enum class StateFault {
-  damaged,        ///< no state, cut off, or its sum is wrong
+  damaged,        ///< not a state file, truncated, or with a wrong checksum
   other_version,  ///< saved by another version of thermotwin
-  other_model,    ///< of another model, or of the same model with other options
-  in_use          ///< another process goes on from it
+  other_model,    ///< saved by another model, or by the same model with other options
+  in_use          ///< another process uses this state file
 };
 
 class StateError : public core::InputError {
 public:
-  /// @param path, value, allowed  as of InputError
+  /// @param path, value, allowed  see InputError
   StateError(StateFault fault, const std::string& path, const std::string& value, const std::string& allowed)
       : InputError(path, value, allowed),
         fault_(fault) {}

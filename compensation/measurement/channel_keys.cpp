@@ -29,8 +29,8 @@ const KeyTable arrangement{
     "arrangement",
     "The points of a test whose location errors are weighted sums of deviations; `measure analyse` writes it.",
     {
-        key::text("id", required, "What channels refer to."),
-        key::tables("point", point, required, "One for each point, a repeated one too."),
+        key::text("id", required, "Id that the key `arrangement` of channels refers to."),
+        key::tables("point", point, required, "One for each measured point; a point that is measured twice has two."),
     }};
 
 const KeyTable channel_table{
@@ -58,8 +58,8 @@ const KeyTable channel_table{
                   Absent{},
                   "displacement: a component of the TCP error, or a location error of an axis or of the table (T)."),
         key::table("pose", pose, Absent{"home"}, "displacement: the pose at which it is measured."),
-        key::reference("arrangement", "arrangement", Absent{"the definition of the location error at its pose"},
-                       "A location error: the points that it was computed from."),
+        key::reference("arrangement", "arrangement", Absent{"prediction by definition, at the pose of the channel"},
+                       "location error: id of the points from which it was computed."),
         key::numbers("weights", "its unit per um", any_number, Absent{},
                      "Three for each point of the arrangement: the error is the sum of weight times dx, dy and dz, "
                      "tool minus table in the machine frame."),
@@ -69,24 +69,24 @@ const KeyTable channel_table{
                   "temperature."),
         key::text(
             "direction", "",
-            "Free text; a word such as air or hall marks the surroundings. tool or table: the displacement of that "
-            "side alone, as composite_modules_grid fits it."),
+            "Free text. A word such as air or hall marks a channel of the surroundings. For composite_modules_grid, "
+            "tool or table marks a displacement of that side alone."),
     }};
 
 const KeyTable program_table{"program",
                              "A part of the record on which models are judged.",
                              {
-                                 key::text("name", required, "Its name; \"training\" and \"day ...\" are taken."),
-                                 key::number("from_s", "s", any_number, required, "Where it begins."),
-                                 key::number("to_s", "s", any_number, required, "Where it ends."),
+                                 key::text("name", required, "Its name; \"training\" and \"day ...\" are reserved."),
+                                 key::number("from_s", "s", any_number, required, "`time_s` at its start."),
+                                 key::number("to_s", "s", any_number, required, "`time_s` at its end."),
                              }};
 
 const KeyTable record{
     "record",
     "How the record was taken.",
     {key::flag("rows_at_changes", false,
-               "Each change of a speed, power or state has a row at its time. Else changes come up to "
-               "a row before the row that shows them, where rows are more than a minute apart."),
+               "true: each change of a speed, power or state has a row at its time. false: where rows are more than a "
+               "minute apart, a change may have occurred at any time since the previous row."),
      key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},
                "Time of day, \"06:30\", at `time_s` = 0. Laws over `day.time_h` then have their input.")}};
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Detects sensors that drift slowly. Their readings never jump, but the offset that the other sensors and the model
-// attribute to them (ErrorModel::offset) grows steadily, in work and rest alike; a model error comes with a load and
+// attribute to them (ErrorModel::offset) grows steadily, under load and at rest; a model error appears with a load and
 // settles. A sensor drifts if, over the last sixteen hours, this offset has changed by more than six of its stated
-// standard deviations, is five of its standard deviations from 0, and has changed in each quarter of the time. Sixteen
-// hours contain the turn of a hall's daily cycle. Limits: a drift below about 0.02 K/h is taken for an offset, and a
-// model error that grows steadily at one sensor for sixteen hours is taken for a drift.
+// standard deviations, is five of its standard deviations from 0, and has changed in each quarter of the time. In any
+// sixteen hours the daily temperature cycle of a hall reverses, so it is not taken for a drift. Limits: a drift below
+// about 0.02 K/h is taken for an offset, and a model error that grows steadily at one sensor for sixteen hours is taken
+// for a drift.
 
 #include <Eigen/Core>
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Advances the thermal state beside the times of the rows. The state x_n advances in steps that end at rows, of h =
-// t_n+1 - t_n at p and q of the mean row over h (ReducedStepper, input_mean.h). h is at most step_s, and a longer row
-// is divided evenly. Between steps the state is extrapolated at the rate of the last one,
+// Advances the thermal state in longer steps than the rows. A step from t_n to t_n+1 ends at a row and joins the rows
+// in between: the state x_n advances by h = t_n+1 - t_n at p and q of the mean row (ReducedStepper, input_mean.h). h is
+// at most step_s; a row that is longer is divided into equal steps. Between steps the state is extrapolated at the rate
+// of the last step,
 //   x(t) = x_n + a (x_n - x_n-1),   a = (t - t_n) / (t_n - t_n-1).
 // The means of p, q, x and K0 + sum p K since the last take_interval() are kept for error_model.h.
 
@@ -37,9 +38,9 @@ public:
   /// The rows since the last step as one step: the mean row over a number of equal parts.
   struct Step {
     const Eigen::VectorXd& mean;
-    double duration;
-    int parts;  ///< 0: too short for heat to flow
-    double part_s;
+    double duration;  ///< s
+    int parts;        ///< 0: shorter than 1 us, the state does not advance
+    double part_s;    ///< duration of a part
   };
   /// @return valid until the next add()
   Step take_step();
@@ -50,9 +51,9 @@ public:
   double step_end() const { return step_end_; }  ///< of the last step, or of its last part
   double started_at() const { return started_at_; }
   double last_step() const { return last_step_; }
-  /// a
+  /// The factor a of the extrapolation above; it may exceed 1.
   double ahead() const { return last_step_ > 0.0 ? (time_ - step_end_) / last_step_ : 0.0; }
-  /// a, at most 1
+  /// The factor a, limited to 1.
   double share_ahead() const { return last_step_ > 0.0 ? std::min(1.0, (time_ - step_end_) / last_step_) : 0.0; }
 
   const Eigen::VectorXd& state() const { return state_; }    ///< x_n
@@ -82,7 +83,7 @@ private:
   solver::Coefficients coefficients_;
   double time_ = 0, step_end_ = 0, started_at_ = 0, last_step_ = 0;
   Eigen::VectorXd state_, before_, change_, sensors_state_, sensors_change_;
-  ErrorModel::Interval interval_, taken_;  ///< sums; means
+  ErrorModel::Interval interval_, taken_;  ///< sums since the last take_interval(); means that it returned
   Eigen::MatrixXd operator_sum_;
   Eigen::VectorXd first_p_;
   bool p_changed_ = false;

@@ -71,7 +71,8 @@ template <class Items>
 auto* find_axis(Items& items, const std::string& axis, const std::string& kind) {
   for (auto& item : items)
     if (item.axis == axis) return &item;
-  throw InputError("diagnosis", kind + " of '" + axis + "'", "an axis of the machine that has one");
+  throw InputError("diagnosis", kind + " of '" + axis + "'",
+                   "an axis with a linear scale or a ball screw in machine.toml");
 }
 
 mesh::ReadingSpec& reading_of(Machine& machine, const std::string& id) {
@@ -253,7 +254,7 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
     case Target::reading: return {reading_value(machine, id, row)};
     case Target::nothing: break;
   }
-  throw InputError("diagnosis", "kind '" + row.name + "'", "a kind that a value of the machine carries");
+  throw InputError("diagnosis", "kind '" + row.name + "'", "a kind of cause that changes a value of machine.toml");
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {

@@ -13,12 +13,12 @@ namespace thermotwin::diagnosis {
 /// A factor on the power of a source or the conductance of a joint from a time of the record on.
 struct LaterFactor {
   std::string item;    ///< id of the source or joint
-  bool joint = false;  ///< of a joint, else of a source
+  bool joint = false;  ///< the item is a joint, else a source
   double factor = 1;
-  double from_s = 0;  ///< in the time of the record
+  double from_s = 0;  ///< time of the record (time_s) at which the factor begins
 };
 
-/// As a Machine it is the one before all of its factors.
+/// A machine with factors that begin during the record. The base class is the machine before the first of them.
 struct MachineInTime : mesh::Machine {
   MachineInTime(const mesh::Machine& machine) : mesh::Machine(machine) {}
   MachineInTime(mesh::Machine&& machine) : mesh::Machine(std::move(machine)) {}

@@ -73,7 +73,8 @@ AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Mac
     });
     if (patch == patches.end()) {
       throw core::InputError("source " + source.id, "a source that the reduced model does not have",
-                             "one surface patch of the model as its place; else run thermotwin reduce anew");
+                             "a source whose only place is a surface patch of the model, or a new run of thermotwin "
+                             "reduce");
     }
     added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = i});
     added.inputs.col(i - own) = model.patches.inputs.col(patch - patches.begin());

@@ -214,7 +214,7 @@ std::vector<std::string> notes_of(const DataRecord& record, const ChannelFinding
                   "({} %, 95 % interval {} to {}): {}.",
                   finding.channel, described(finding.leading()), finding.leading().probability, finding.rms_before,
                   led.rms, percent_text(led.explained_percent), percent_text(led.gain.low), percent_text(led.gain.high),
-                  led.gain.low > 0.0 ? "it holds" : "it does not hold there"),
+                  led.gain.low > 0.0 ? "the improvement is significant" : "the improvement is not significant"),
       residual_in_numbers(record, finding)};
 }
 
@@ -241,7 +241,7 @@ NextMeasurement needed(const DataRecord& record, const RecordSegments& segments,
   if (first.maxCoeff() - first.minCoeff() < still_below * (all.maxCoeff() - all.minCoeff())) {
     next.load = fmt::format("a record in whose first part {} varies over {:.4g} to {:.4g} {} as well",
                             record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input]);
-    next.why = fmt::format("{} stood still in the first {:.0f} h, so its effect on {} is unknown",
+    next.why = fmt::format("{} was constant in the first {:.0f} h, so its effect on {} is unknown",
                            record.input_names[input], hours, finding.channel);
     return next;
   }
@@ -252,7 +252,7 @@ NextMeasurement needed(const DataRecord& record, const RecordSegments& segments,
       first.maxCoeff(), hours);
   const auto own = weighed.model.covariance.block(input * elements, input * elements, elements, elements);
   next.why =
-      fmt::format("its steady gain is only known as {} +- {} um per {}; {}",
+      fmt::format("its steady-state gain is uncertain, {} +- {} um per {}; {}",
                   core::plain_number(weighed.model.step_response(input, std::numeric_limits<double>::infinity()), 3),
                   core::plain_number(std::sqrt(std::max(own.sum(), 0.0)), 2), record.input_units[input], goal);
   return next;

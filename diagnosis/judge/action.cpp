@@ -41,18 +41,19 @@ std::string source_action(const RankedCause& cause, const mesh::Machine& machine
           "{:+.2g}).",
           where, cause.value);
     case Kind::standstill_power:
-      return fmt::format("Check the heat of {} while it stands: about {:+.3g} W more than stated.", where, cause.value);
+      return fmt::format("Check the heat of {} at standstill: it is about {:.3g} W {} than stated.", where,
+                         std::abs(cause.value), cause.value < 0 ? "less" : "more");
     case Kind::process_heat:
-      return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times as stated.", where,
-                         cause.value);
+      return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times the stated share.",
+                         where, cause.value);
     case Kind::source_step:
       return fmt::format(
           "Ask what was done to {} (re-lubrication, a new bearing, another preload): since {} its heat is {:.2g} times "
-          "as stated.",
+          "the stated one.",
           where, step_in_words(p), cause.value);
     default:
       return fmt::format(
-          "Check the power of {}: its heat is {:.2g} times as stated. Measure the drive's power, and feel "
+          "Check the power of {}: its heat is {:.2g} times the stated one. Measure the drive's power, and feel "
           "for friction.",
           where, cause.value);
   }
@@ -64,17 +65,20 @@ std::string film_action(const RankedCause& cause, const mesh::Machine& machine) 
   for (const mesh::FilmSpec& film : machine.films)
     if (film.id == p.where) where += surfaces_in_words(film.surfaces);
   if (p.kind == Kind::film_emissivity)
-    return fmt::format("Check paint, polish and covers of {}: its emissivity is {:.2g} times as stated.", where,
+    return fmt::format("Check paint, polish and covers of {}: its emissivity is {:.2g} times the stated one.", where,
                        cause.value);
   if (p.kind == Kind::radiation_load)
-    return fmt::format("Look for sun, a heater or a cold wall facing {}: about {} W/m2 arrive there.", where,
-                       core::plain_number(cause.value, 3));
+    return fmt::format("Look for sun, a heater or a cold wall facing {}: about {} W/m2 {} there by radiation.", where,
+                       core::plain_number(std::abs(cause.value), 3), cause.value < 0 ? "leave" : "arrive");
   if (p.kind == Kind::film_speed_law) {
-    return fmt::format("Check the air flow at {}: the speed-dependent part of the film is {:.2g} times as stated.",
-                       where, cause.value);
+    return fmt::format(
+        "Check the air flow at {}: the speed-dependent part of the film coefficient is {:.2g} times the stated one.",
+        where, cause.value);
   }
-  return fmt::format("Check the heat transfer at {} (draught, fan, cover, chips, fluid): it is {:.2g} times as stated.",
-                     where, cause.value);
+  return fmt::format(
+      "Check the heat transfer at {} (draught, fan, cover, chips, fluid): its film coefficient is {:.2g} times the "
+      "stated one.",
+      where, cause.value);
 }
 
 std::string warmer(double kelvin) {
@@ -91,7 +95,7 @@ std::string clock_action(const RankedCause& cause) {
     return fmt::format("Synchronise the clocks: {} is {}.", where, recorded);
   return fmt::format(
       "Ask first whether {0} comes from another logger: it is {1}. If so, synchronise the clocks. If not, check its "
-      "place and mounting: it reacts {2} than the model says.",
+      "place and mounting: it reacts {2} than the model predicts.",
       where, recorded, cause.value > 0 ? "later" : "earlier");
 }
 
@@ -99,7 +103,8 @@ std::string reading_action(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   switch (p.kind) {
     case Kind::sensor_offset:
-      return fmt::format("Calibrate or exchange the sensor of {}: it reads {:+.2g} K.", p.where, cause.value);
+      return fmt::format("Calibrate or exchange the sensor of {}: its reading is {:.2g} K too {}.", p.where,
+                         std::abs(cause.value), cause.value < 0 ? "low" : "high");
     case Kind::sensor_drift:
       return fmt::format("Exchange the sensor of {}: it drifts by {:+.2g} K/h.", p.where, cause.value);
     case Kind::sensor_lag:
@@ -136,12 +141,12 @@ std::string fluid_action(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   switch (p.kind) {
     case Kind::coolant_flow:
-      return fmt::format("Check the flow of coolant {} (filter, pump, valves): it is {:.2g} times as stated.", p.where,
-                         cause.value);
+      return fmt::format("Check the flow of coolant {} (filter, pump, valves): it is {:.2g} times the stated one.",
+                         p.where, cause.value);
     case Kind::coolant_coupling:
       return fmt::format(
-          "Check the channel {} (deposits, trapped air, share of the flow): its heat transfer is {:.2g} "
-          "times as stated.",
+          "Check the coolant channel {} (deposits, trapped air, share of the flow): its film coefficient is {:.2g} "
+          "times the stated one.",
           p.where, cause.value);
     case Kind::coolant_inlet:
       return fmt::format("Compare the inlet sensor of coolant {} with a second one: the inlet is {} than it reads.",
@@ -154,7 +159,8 @@ std::string fluid_action(const RankedCause& cause) {
           "Check the enclosure at {} (doors, leaks, insulation): it exchanges {:.2g} times the stated heat.", p.where,
           cause.value);
     default:
-      return fmt::format("Check the content of {}: its heat capacity is {:.2g} times as stated.", p.where, cause.value);
+      return fmt::format("Check the content of {}: its heat capacity is {:.2g} times the stated one.", p.where,
+                         cause.value);
   }
 }
 
@@ -162,7 +168,7 @@ std::string fluid_action(const RankedCause& cause) {
 std::string material_action(const RankedCause& cause, const std::vector<const mesh::BodySpec*>& bodies) {
   std::vector<std::string> names;
   for (const mesh::BodySpec* body : bodies) names.push_back(body->id);
-  return fmt::format("Check the data of material {} ({}): its {} is {:.2g} times as stated in all of them.",
+  return fmt::format("Check the data of material {} ({}): in all of them its {} is {:.2g} times the stated one.",
                      cause.parameter.where, core::join(names),
                      cause.parameter.kind == Kind::heat_capacity ? "heat capacity" : "expansion", cause.value);
 }
@@ -175,26 +181,29 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
   }
   switch (p.kind) {
     case Kind::contact_conductance:
-      return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
-                         p.where, cause.value);
+      return fmt::format(
+          "Check the contact of {} (bolts, preload, paint, shims): its conductance is {:.2g} times the stated one.",
+          p.where, cause.value);
     case Kind::contact_pressure:
-      return fmt::format("Check the preload of {}: its contact pressure is {:.2g} times as stated.", p.where,
+      return fmt::format("Check the preload of {}: its contact pressure is {:.2g} times the stated one.", p.where,
                          cause.value);
     case Kind::contact_step:
-      return fmt::format("Check {} for lost preload and loose bolts: since {} it conducts {:.2g} times as stated.",
-                         p.where, step_in_words(p), cause.value);
+      return fmt::format(
+          "Check {} for lost preload and loose bolts: since {} its conductance is {:.2g} times the stated one.",
+          p.where, step_in_words(p), cause.value);
     case Kind::contact_stiffness:
-      return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times as stated.", p.where,
+      return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times the stated one.", p.where,
                          cause.value);
     case Kind::expansion_coefficient:
-      return fmt::format("Check the material of {}: it expands {:.2g} times as stated.", p.where, cause.value);
+      return fmt::format("Check the material of {}: its expansion is {:.2g} times the stated one.", p.where,
+                         cause.value);
     case Kind::heat_capacity:
       return fmt::format(
           "Check mass and material of {} (ribs, fillings, attached parts): its heat capacity is {:.2g} times "
-          "as stated.",
+          "the stated one.",
           p.where, cause.value);
     default:
-      return fmt::format("Check the data sheet of the {} of axis {}: it expands {:.2g} times as stated.",
+      return fmt::format("Check the data sheet of the {} of axis {}: its expansion is {:.2g} times the stated one.",
                          p.kind == Kind::scale_expansion ? "scale" : "screw", p.where, cause.value);
   }
 }
@@ -211,8 +220,8 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
                                      : "in proportion to " + p.missing->follows);
     if (p.missing->alike.empty()) return action;
     return action + fmt::format(
-                        " In this record {} changed with it, so each of them may be the one that heats: run them "
-                        "one after another.",
+                        " In this record {} changed at the same times, so each of them may be the heat source. Run "
+                        "them one after another.",
                         core::join(p.missing->alike));
   }
   switch (row_of(p.kind).target) {
@@ -243,8 +252,8 @@ std::string law_action(const std::string& where, const mesh::Machine& machine) {
                        where);
   }
   return fmt::format(
-      "Record the power of {} over time: its heat changes in the course of the record, as of lubricant that thins, "
-      "re-lubrication or a brake.",
+      "Record the power of {} over time: its heat changes in the course of the record. Possible reasons are lubricant "
+      "that becomes thinner, re-lubrication or a brake.",
       where);
 }
 
@@ -254,8 +263,8 @@ std::string unknown_action(const Diagnosis& diagnosis) {
                                          [](const auto& a, const auto& b) { return a.ratio < b.ratio; });
   if (furthest == diagnosis.analysis.end()) return "";
   return fmt::format(
-      "Begin with what no kind describes: {} is {:.1f} times as far off as expected{}. A second sensor or probe beside "
-      "it tells whether the machine or the reading is off.",
+      "Begin with {}: its residual is {:.1f} times the expected one{}, and no known kind of cause explains it. A "
+      "second sensor or probe beside it shows whether the machine or the reading is wrong.",
       furthest->id, furthest->ratio, furthest->follows.empty() ? "" : " and follows " + furthest->follows);
 }
 

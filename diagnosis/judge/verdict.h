@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The verdict of a diagnosis and its name in diagnosis.json.
+// The verdict of a diagnosis and its name in diagnosis.json. Rules: docs/explanation/verdicts.md.
 
 #include <optional>
 #include <string>
 
 namespace thermotwin::diagnosis {
 
-enum class Verdict { explained, no_discrepancy, ambiguous, unexplained };
+enum class Verdict {
+  explained,       ///< one or two causes explain the discrepancy with high probability
+  no_discrepancy,  ///< the record agrees with the machine within its stated uncertainty
+  ambiguous,       ///< several causes explain the record, and it cannot distinguish them
+  unexplained      ///< no known kind of cause explains the discrepancy
+};
 
 inline std::string name_of(Verdict verdict) {
   switch (verdict) {

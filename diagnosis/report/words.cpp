@@ -46,8 +46,8 @@ std::string extension_in_words(const Diagnosis& d) {
   if (d.heldout_rms_before_um > 0 && d.effect_heldout_um < shows_little * d.effect_fitted_um) {
     return fmt::format(
         " The held-out data cannot judge the gain: the correction changes their displacements by {:.2g} "
-        "um RMS, those of the fitted data by {:.2g} um. No extension is recommended. A record that ends "
-        "with the load that shows the effect decides.",
+        "um RMS, those of the fitted data by {:.2g} um. No extension is recommended. To decide, take a record in which "
+        "the load with this effect lasts to the end.",
         d.effect_heldout_um, d.effect_fitted_um);
   }
   return " The gain is not significant; no extension is recommended.";
@@ -127,8 +127,8 @@ std::string beside_none_in_words(const Diagnosis& d) {
 /// Something unknown in the first place, and causes that may act alone or beside it.
 std::string beside_unknown_in_words(const Diagnosis& d) {
   return fmt::format(
-      "Ambiguous: no cause describes the difference surely: {}. The probability of a cause counts alone or beside the "
-      "unknown one.",
+      "Ambiguous: no cause describes the difference with certainty: {}. The probability of a cause is that of this "
+      "cause alone or together with the unknown one.",
       list_in_words(d.ambiguous_set, 4));
 }
 
@@ -160,9 +160,9 @@ void add_misfit_note(const Problem& problem, const SearchResult& found, Diagnosi
   for (const int member : best->members) names.push_back(name_of(problem.parameters[member]));
   d.nearest = core::join(names, " with ");
   d.notes.push_back(
-      fmt::format("Of all that is listed, {} comes nearest (ln Bayes factor {:.1f} against no cause). It is wrong by "
-                  "{:.1f}: that is what something unknown or held-out data are better by. Beside something unknown, "
-                  "evidence therefore counts 1/{:.1f}.",
+      fmt::format("Of the listed causes, {} comes nearest (ln Bayes factor {:.1f} against no cause). Something unknown "
+                  "or the held-out data contradict it by a ln Bayes factor of {:.1f}. Together with something unknown, "
+                  "the log evidence of causes is therefore divided by {:.1f}.",
                   d.nearest, best->log_evidence, found.misfit, 1.0 + found.misfit));
 }
 
@@ -238,7 +238,7 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && d.causes.empty() && d.ambiguous_set.front().parameter.kind == Kind::unknown)
     return beside_unknown_in_words(d) + to_decide(d);
   if (d.verdict == Verdict::ambiguous) {
-    return (d.causes.empty() ? "Ambiguous: several causes explain the difference, none of them surely: "
+    return (d.causes.empty() ? "Ambiguous: several causes explain the difference, none of them with certainty: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + "." + to_decide(d);
   }
@@ -272,8 +272,8 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   if (!taken.empty()) warnings.push_back("Not recorded; assumed constant: " + core::join(taken) + ".");
   for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {
     warnings.push_back(
-        fmt::format("{0}.power_W is not recorded; source {1} is assumed to give 0 W. If the machine cut, "
-                    "its heat appears as another cause: record {0}.power_W.",
+        fmt::format("{0}.power_W is not recorded; source {1} is assumed to give 0 W. If the machine was cutting, the "
+                    "heat of this source appears as another cause: record {0}.power_W.",
                     source->drive, source->id));
   }
   for (const ObservedChannel& observed : obs.channels) {
@@ -296,8 +296,8 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   if (obs.start_spread_K >= even_start_K) {
     warnings.push_back(
         fmt::format("The first readings differ by {:.2g} K: the machine was not in thermal equilibrium when the record "
-                    "began. Its initial temperature field was estimated from {} sensors and the slow modes. A record "
-                    "that begins at rest is more informative.",
+                    "began. Its initial temperature field was estimated from {} sensors and the slowest thermal modes "
+                    "of the model. A record that begins in equilibrium is more informative.",
                     obs.start_spread_K, machine.sensors.size()));
   }
   double longest = 0.0;

@@ -18,7 +18,7 @@ std::string sentence_of(const Diagnosis& diagnosis);
 std::string percent_text(double percent, int decimals = 0);
 
 /// @return warnings about a record that may mislead: inputs of the machine that were not recorded, incomplete poses,
-///   constant readings, an uneven initial temperature, changes between rows that are far apart
+///   constant readings, an uneven initial temperature, changes of inputs where rows are more than a minute apart
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                      const Observations& observations);
 

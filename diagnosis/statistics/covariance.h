@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What is expected to differ between a measured channel and the model for reasons that are no cause:
+// Covariance of the difference between a measured channel and the model without any cause:
 //   cov(t, t') = noise(t) [t = t'] + sum_j shape_j(t) shape_j(t') + sum_i s_i(t) s_i(t') exp(-|t - t'| / tau_i).
-// Noise is independent between intervals; each shape has one unknown factor: of the channel's own response
-// (mesh, material data), of the other directions at its pose (mesh); the Ornstein-Uhlenbeck terms are errors that
-// wander (discretisation in time and space, what a lumped film leaves out). Channels are independent of each other
-// here:
-// what joins them is in the parameters, see evidence.h.
+// [t = t'] is 1 at equal times, else 0: noise is independent between intervals. Each shape has one unknown factor. The
+// shapes are the channel's own response (errors of mesh and material data) and the responses in the other directions at
+// its pose (mesh error). The Ornstein-Uhlenbeck terms are errors that wander: discretisation in time and space, and
+// simplifications such as lumped films. Channels are independent of each other here. Common errors of several channels
+// are parameters, see evidence.h.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -18,13 +18,13 @@ namespace thermotwin::diagnosis {
 struct OrnsteinUhlenbeck {
   double std = 0;               ///< in the channel's unit
   double time_constant = 1;     ///< s
-  Eigen::VectorXd course = {};  ///< (n) the std times this at each time; empty: 1 throughout
+  Eigen::VectorXd course = {};  ///< (n) s_i(t) = std * course; empty: course 1
 };
 
 struct ChannelCovariance {
   Eigen::VectorXd time;            ///< (n) s, rising
   Eigen::VectorXd noise_variance;  ///< (n) > 0
-  Eigen::MatrixXd shapes;          ///< (n x any) standard deviation times sign, each fully correlated
+  Eigen::MatrixXd shapes;          ///< (n x shapes) columns shape_j: standard deviation with sign, correlation 1
   std::vector<OrnsteinUhlenbeck> wander;
 
   Eigen::MatrixXd matrix() const;    ///< (n x n)

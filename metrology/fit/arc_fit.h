@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Position and orientation of an axis of rotation from points on an arc about it (Gebhardt 2014, 4.16 to 4.32): a plane
-// through the points gives the direction of the axis, a circle in this plane a point on it. The centre is carried along
-// the fitted axis to the plane through a stated point, so that it has no lever of the tilt; (4.24) turns about the
-// origin of coordinates and so states the centre there.
+// through the points gives the direction of the axis, a circle in this plane a point on it. The centre is moved along
+// the fitted axis to the plane through a stated point, so it does not contain the tilt times the distance between this
+// plane and the plane of the arc. (4.24) rotates about the origin of coordinates; its centre is that at the origin.
 
 #include <Eigen/Core>
 
@@ -19,7 +19,8 @@ struct ArcFrame {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns: x, y, z in the frame of the points; a rotation
   Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< m, on the nominal axis: where the position is stated
 
-  /// @param direction  of the axis, unit @param x  about where its x is to point
+  /// @param direction  of the axis, unit vector
+  /// @param x          approximate direction of the frame's x; its part normal to the axis is used
   static ArcFrame about(const Eigen::Vector3d& direction, const Eigen::Vector3d& x, const Eigen::Vector3d& point);
 };
 
@@ -32,7 +33,7 @@ struct ArcFit {
   double span = 0;                                   ///< rad, of the arc: a turn less the largest gap
 };
 
-/// Arcs below this span determine no axis. A hundredth of a degree is for the rounding of points.
+/// An arc below least_span is refused, because it hardly determines an axis. span_rounding allows for rounded points.
 inline constexpr double least_span = 10.0 * core::units::deg, span_rounding = 0.01 * core::units::deg;
 
 /// @param points  (n x 3) m @throws InputError: too few points, points that are no arc, a span below `least`

@@ -41,7 +41,7 @@ const core::KeyTable probe_table{
     "A probe beside the mandrel.",
     {
         key::text("id", core::required, "Its name; its readings are the column <id>_um."),
-        key::point("at_mm", "mm", core::required, "The place on the mandrel that it measures."),
+        key::point("at_mm", "mm", core::required, "Point on the mandrel at which the probe measures."),
         key::point("direction", "", core::required, "Its reading rises when the mandrel moves in this direction."),
         key::number("std_um", "um", core::positive, core::required, "Standard uncertainty of a reading."),
         key::number("place_std_mm", "mm", core::non_negative, 0.0,
@@ -57,11 +57,11 @@ const core::KeyTable mandrel_file{
         key::point("point_mm", "mm", Absent{"0, 0, 0"},
                    "Functional point at which the displacement is stated, in the frame of the probes' places."),
         key::word("mandrel", {"spindle", "table"}, "spindle",
-                  "What carries the mandrel; the other one has the probes."),
+                  "The side of the machine that carries the mandrel; the other side carries the probes."),
         key::texts("quantities", Absent{"all that the probes observe"},
-                   "Of dx, dy, dz, ra, rb, rc those that are estimated; each has to be observable."),
+                   "Quantities to be estimated, of dx, dy, dz, ra, rb, rc; each has to be observable."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: values against the first row; absolute: as read, as a single row is."),
+                  "first: values against the first row; absolute: values as read. A single row is always absolute."),
         key::text("pose", "", "Positions of the machine's axes, such as X=0,B=90, for diagnose."),
     }};
 

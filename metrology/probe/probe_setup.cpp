@@ -23,18 +23,19 @@ const core::KeyTable table{
     "The probes of an R-Test, whose readings are in raw.csv and whose calibration is in calibration.csv.",
     {
         key::word("mount", {"spindle", "table"}, "spindle",
-                  "What carries the probes; the other one carries the sphere."),
+                  "The side of the machine that carries the probes; the other side carries the sphere."),
         key::points("directions", "", Absent{"three, normal to each other, at equal angles to z"},
                     "Directions in which the probes measure, towards the sphere, with all axes at 0."),
         key::number("contact_radius_mm", "mm", {0.0, 1e4}, 0.0,
-                    "Radii of a spherical tip and of the sphere together; 0: flat tips."),
+                    "Sum of the radii of a spherical tip and of the sphere; 0: flat tips."),
         key::number("noise_um", "um", {0.0, 1e3}, 0.1, "Standard deviation of one sample of a probe."),
         key::number("repeatability_um", "um", {0.0, 1e3}, 0.2,
-                    "Standard deviation of a coordinate of the linear axes at a point."),
+                    "Repeatability of the linear axes: standard deviation of one coordinate at a point."),
         key::number("rate_Hz", "Hz", {0.1, 1e4}, 100.0, "Samples per second."),
-        key::number("record_s", "s", {0.0, 1e4}, 3.0, "Time that is recorded at a point; of a continuous test 0."),
-        key::number("cut_s", "s", {0.0, 1e4}, 1.0, "Time that is left out at both ends of this record."),
-        key::number("calibration_mm", "mm", {1e-3, 100.0}, 2.0, "Way of the calibration along each axis."),
+        key::number("record_s", "s", {0.0, 1e4}, 3.0, "Recorded time at a point; 0 for a continuous test."),
+        key::number("cut_s", "s", {0.0, 1e4}, 1.0, "Time that is left out at each end of this record."),
+        key::number("calibration_mm", "mm", {1e-3, 100.0}, 2.0,
+                    "Distance that each linear axis moves to either side in the calibration."),
     }};
 
 }  // namespace

@@ -45,7 +45,8 @@ const core::KeyTable surface_file{
         key::whole("order", 1, 3, 2.0, "1: plane; 2: dome, saddle and twist as well; 3: coma and trefoil as well."),
         key::number("std_um", "um", core::positive, core::required, "Standard uncertainty of a height."),
         key::word("reference", {"first", "absolute"}, "first",
-                  "first: modes against the first cycle; absolute: heights as measured, as those of a single cycle."),
+                  "first: modes against the first cycle; absolute: modes of the heights as measured. A single cycle is "
+                  "always absolute."),
         key::text("pose", "", "Positions of the machine's axes, such as B=0,C=0, for diagnose."),
     }};
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a tool leaves in the surface that it finishes: the TCP error at the time of the cut, tool against workpiece, in
-// the directions of the workpiece with all axes at home. The workpiece is the machine's table body. Where that is a
-// body of its own, its growth at the time of the cut is part of the error; the finished workpiece has the error at the
-// reference temperature. A block is a line of the program, however often it runs.
+// Error that a finishing tool leaves in the surface of the workpiece: the TCP error at the time of the cut, tool
+// against workpiece, in the directions of the workpiece with all axes at home. The workpiece is the machine's table
+// body. If it is modelled as a separate body, its thermal growth at the time of the cut is part of the error. The
+// finished workpiece then has this error at the reference temperature. A block is a line of the program, also if it
+// runs several times.
 
 #include <Eigen/Core>
 
@@ -26,21 +27,21 @@ public:
     double from_s = 0, to_s = 0;  ///< ends of its first and of its last run
     ErrorOverTime::Interval error;
   };
-  /// One after the other, a curve each is drawn of no more lines.
+  /// Up to this number of lines, the page draws a curve for each line; beyond it, one for the whole pass.
   static constexpr std::size_t most_curves = 8;
 
-  /// @param motion  must outlive this  @param tool  of the finishing pass; 0: none was called
+  /// @param motion  must outlive the imprint  @param tool  number of the finishing tool; 0: no tool was called
   Imprint(const AxisMotion& motion, int tool);
 
-  /// @param move  with the source of its element
-  /// @return rows of imprint.csv: points of the move; empty where it is not of the pass
+  /// @param move  rapid moves, moves of other tools and moves whose element has no source are not in the pass
+  /// @return rows of imprint.csv, one for each point of the move; empty if the move is not in the pass
   std::string add(const PredictedMove& move);
   static std::string header() { return "line,run,time_s,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n"; }
 
   int tool() const { return tool_; }
   const std::map<std::uint32_t, Block>& blocks() const { return blocks_; }
   const ErrorOverTime& pass() const { return pass_; }
-  /// Of each line; empty where there are too many.
+  /// Error over time of each line; empty if there are more than most_curves lines.
   const std::map<std::uint32_t, ErrorOverTime>& curves() const { return curves_; }
 
 private:
@@ -56,10 +57,10 @@ private:
   double end_s_ = 0;  ///< of the last move of the pass
 };
 
-/// A header and a row for each block. @param most  blocks
+/// A header and a row for each block. @param most  largest number of blocks in the table
 std::vector<std::vector<std::string>> imprint_table(const Imprint& imprint, std::size_t most);
 
-/// Section of the page: the error over the pass, and the table of its blocks. @param most  blocks
+/// Section of the page: the error over the pass, and the table of its blocks. @param most  as for imprint_table()
 std::string imprint_section(const Imprint& imprint, std::size_t most);
 
 }  // namespace thermotwin::nc

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The script of path_scene_html(): draws the path in colours, and the point at the chosen time. With a view behind the
-// address, data-picture holds a checksum of the pixels.
+// The script of path_scene_html(): draws the path in the colours of the TCP error, and the point at the chosen time. If
+// the address has a fragment (#turn=1), the attribute data-picture of the canvas gets a checksum of the pixels; tests
+// compare it.
 
 namespace thermotwin::nc {
 

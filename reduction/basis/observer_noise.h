@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How well an observer beside the machine can know the TCP error at all, to which order a reduction is
-// worth its states. The prior: the states that the campaign reached, times the share by which
-// machine.toml is unsure of heats and films, are what a prediction from known inputs is off by,
-//   P = share^2 mean(x x^T);   Q = P - F P F^T,   F = exp(-K interval) of the machine at rest,
-// is the disturbance that keeps it so (its negative part, if any, is left out). The sensors with their
-// stated uncertainty R then leave the stationary covariance of the Kalman filter's prediction,
+// Uncertainty of the TCP error that remains with an observer on the machine. A reduction error far below it does not
+// improve the offsets, so it limits the useful order. The prior error of a prediction from known inputs is the states x
+// that the campaign reached times a share, the uncertainty of sources and films in machine.toml:
+//   P = share^2 mean(x x^T).
+// The process noise that makes P stationary is (its negative part, if any, is left out)
+//   Q = P - F P F^T,   F = exp(-K interval) of the machine at rest.
+// With sensors of the stated uncertainty R the stationary covariance of the Kalman filter's prediction is
 //   S = F (S - S H^T (H S H^T + R)^-1 H S) F^T + Q,
-// found by doubling (Anderson 1978; Chu, Fan, Lin and Wang 2004), and seen through the TCP's rows.
+// computed by doubling (Anderson 1978; Chu, Fan, Lin and Wang 2004). The rows of the TCP error convert S to um.
 
 #include <Eigen/Core>
 
@@ -16,8 +17,8 @@
 namespace thermotwin::reduction {
 
 struct ObserverOptions {
-  double interval_s = 300.0;    ///< between corrections, as the compensator's
-  double unstated_share = 0.1;  ///< where machine.toml states no uncertainty of a source or film
+  double interval_s = 300.0;    ///< between corrections, as in the compensator
+  double unstated_share = 0.1;  ///< share if machine.toml states no uncertainty of any source or film
   void validate() const;        ///< @throws InputError
 };
 

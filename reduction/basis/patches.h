@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Pieces of all bodies' skins where heat may enter that no source of machine.toml explains. Boundary
-// triangles are clustered about seeds that lie far apart (farthest point first, then moved to the
-// middle of their clusters); a patch is what the rule of a [[surface]] picks, the box around a cluster,
-// so that a machine.toml with that surface means the same on every mesh. All without chance.
+// Patches of the skins of all bodies, where heat may enter that no source of machine.toml has. Boundary triangles are
+// clustered about seeds that lie far apart: each new seed is the point farthest from the others, then the seeds move to
+// the middle of their clusters. A patch is the [[surface]] that a box around a cluster selects, so this surface in a
+// machine.toml selects the same region on every mesh. No step is random.
 
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/campaign.h"
@@ -11,7 +11,7 @@
 
 namespace thermotwin::reduction {
 
-/// @param count  of all bodies together, less where patches would be smaller than 3 cm
+/// @param count  number of patches on all bodies together; there are fewer if patches would be smaller than 3 cm
 std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count);
 
 /// Heat of 1 W spread evenly over each patch, (size x patches).

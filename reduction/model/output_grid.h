@@ -4,11 +4,11 @@
 //
 // Tool side: rows are stored on the workspace grid and interpolated quadratically. For each linear axis with three
 // positions they are also stored on lines along that axis, at three more poses in each half. These lines run where all
-// other axes are at an end of their range, and through the middle if all axes have one. The difference between the
-// piecewise cubic through nine positions and the quadratic through three is blended across the workspace, linearly
-// between outer lines and quadratically towards the middle one, and added to the interpolant of the grid. This Boolean
-// sum (W. J. Gordon 1971) is exact at all stored poses, for quadratics, and for a cubic of each axis that is linear in
-// the others.
+// other axes are at an end of their range. If all axes have a middle position, lines also run through it. The
+// difference between the piecewise cubic through nine positions and the quadratic through three is blended across the
+// workspace, linearly between outer lines and quadratically towards the middle one, and added to the interpolant of the
+// grid. This Boolean sum (W. J. Gordon 1971) is exact at all stored poses, for quadratics, and for a cubic of each axis
+// that is linear in the others.
 //
 // Table side: rows are stored on the grid of the axes that carry the table. A tilt axis that is not endless has more
 // angles, at most six degrees apart. Interpolation in an angle is by sine and cosine.
@@ -34,14 +34,14 @@ public:
   /// A line of the grid along an axis of three positions, all others at their first or last one, or all in the middle.
   struct Line {
     std::size_t axis = 0;                   ///< of the grid
-    std::vector<std::size_t> at;            ///< (axes of the grid) which of their positions the others are at
-    std::array<Eigen::Index, 3> on_grid{};  ///< where its first, middle and last position are among the grid's poses
+    std::vector<std::size_t> at;            ///< (axes of the grid) indices of the positions of the other axes
+    std::array<Eigen::Index, 3> on_grid{};  ///< poses of the grid at its first, middle and last position
   };
 
-  /// With lines.
+  /// The grid of a new model: the workspace grid and the lines.
   explicit OutputGrid(const mesh::Machine& machine);
-  /// @param stored  tool poses that a model has: those of the grid alone, or with the lines'
-  /// @throws SolverError for any other number
+  /// The grid of an existing model. @param stored  number of its tool poses: those of the workspace grid, with or
+  ///   without those of the lines  @throws SolverError for any other number
   OutputGrid(const mesh::Machine& machine, std::size_t stored);
   /// @return whether a model of this machine can have this number of tool poses
   static bool can_store(const mesh::Machine& machine, std::size_t tool_poses);

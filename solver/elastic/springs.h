@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What ties the elastic bodies together: springs between the mean displacements of a joint's pads
-// and linear scales. Each is the gap
-//   sum of weights times unit functionals of bodies  (= force / stiffness + own expansion),
-// unit functionals being those whose K^+ is solved for beforehand. A pad has the principal
-// directions of its mean stiffness per area, mean over its faces of
-//   k_n n n' + k_t (1 - n n' - a a'),  a the free direction of a linear guide across n:
-// normal and tangents of a flat pad, radial, tangential and axial of a bearing's sector.
-// Between grid nodes the two nodes' mean displacements are weighted by hat weights and contact
-// areas. A small couple on the master's surface carries the lever between the two sides of the
-// contact, so that a common rigid motion never strains a joint. In the same way the reading head's
-// bracket, from the body to the tape's line, turns with the mean rotation of the head's body. Screws with
-// the position from the motor's encoder are such scales too: scales_and_screws.h.
+// Springs that connect the elastic bodies: one for each direction of a joint's pad, and one for each linear scale. The
+// equation of a spring is
+//   gap = sum of weights times unit functionals of bodies = force / stiffness + own expansion.
+// A unit functional is a linear functional of a body's displacement (functionals.h). Its K^+ (model.h) is solved for
+// once, before the poses. The directions of a pad are the principal directions of its mean stiffness per area, the mean
+// over its faces of
+//   k_n n n' + k_t (1 - n n' - a a'),
+// with n the normal and a the free direction of a linear guide normal to n. They are normal and tangents of a flat pad,
+// and radial, tangential and axial direction of a bearing's sector. Between two grid nodes of an axis position, the
+// mean displacements at both nodes are weighted by hat weights and contact areas.
+// The two sides of a contact are a short distance apart. A small couple on the master's surface, force times this
+// distance, makes a common rigid motion free of strain. In the same way the bracket of a reading head, from the head's
+// body to the line of the scale's tape, turns with the mean rotation of this body. A screw whose axis position comes
+// from the motor's encoder is such a scale too: scales_and_screws.h.
 
 #include <Eigen/Core>
 
@@ -33,7 +35,7 @@ class ContactSearch;
 
 class SpringSet {
 public:
-  /// Adds to units what springs and scales need. Joints between bodies that are not both elastic,
+  /// Adds the unit functionals of springs and scales to `units`. Joints between bodies that are not both elastic,
   /// and joints without stiffness, carry heat only.
   /// @throws InputError: linear axis that neither scale nor joint holds, scale on an inelastic body
   SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, UnitFunctionals& units);

@@ -6,7 +6,8 @@
 
 namespace thermotwin::study {
 
-/// Largest deviation of a normal distribution here, in standard deviations; a larger one would be a fault.
+/// Largest deviation of a drawn value from the mean, in standard deviations: normal distributions are truncated there.
+/// A machine with a larger deviation would have a defect.
 inline constexpr double most_deviations = 2.5;
 
 enum class Spread {
@@ -32,11 +33,13 @@ struct Distribution {
 
 /// Polynomials of degree 1 and 2 that are orthonormal in a distribution, for regression.
 struct Polynomials {
-  double centre = 0, scale = 1;   ///< p1(x) = (x - centre) / scale
-  double linear = 0, square = 1;  ///< p2 = (p1^2 - linear p1 - 1) / square
+  double centre = 0, scale = 1;   ///< mean and standard deviation: p1(x) = (x - centre) / scale
+  double linear = 0, square = 1;  ///< coefficients of p2 = (p1^2 - linear p1 - 1) / square
 
   explicit Polynomials(const Distribution& distribution);
+  /// p1
   double first(double x) const { return (x - centre) / scale; }
+  /// p2
   double second(double x) const {
     const double p = first(x);
     return (p * p - linear * p - 1.0) / square;

@@ -43,7 +43,7 @@ void require_memory(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index
   const double available = static_cast<double>(solver::available_memory());
   if (need <= 0.9 * available) return;
   throw core::InputError(fmt::format("{} block", plan.path.string()),
-                         fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are left",
+                         fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are available",
                                      unit.variants.size(), size, need / 1073741824.0, available / 1073741824.0),
                          fmt::format("block = {} or less",
                                      std::max(1L, static_cast<long>(0.9 * available / need * unit.variants.size()))));
@@ -160,7 +160,7 @@ void require_disk(const fs::path& study, double bytes) {
   const fs::space_info space = fs::space(study, error);
   if (error || static_cast<double>(space.available) >= bytes) return;
   throw core::InputError(study.string(),
-                         fmt::format("the tables take {:.2f} GiB, {:.2f} GiB are left", bytes / 1073741824.0,
+                         fmt::format("the tables take {:.2f} GiB, {:.2f} GiB are available", bytes / 1073741824.0,
                                      static_cast<double>(space.available) / 1073741824.0),
                          "a disk with room for them, or fewer variants");
 }

@@ -219,7 +219,7 @@ TEST_F(ServedPage, AKilledPageComesBackWithTheLastDay) {
   EXPECT_GE(day["fields"].size(), 60U);
   const Result result = program_.wait();
   EXPECT_EQ(result.status, 0);
-  EXPECT_SAYS(result.err, "serve: the page has ended (signal 9)");
+  EXPECT_SAYS(result.err, "serve: the process of the page has ended (signal 9)");
 }
 
 nlohmann::json history_of(int port, std::size_t points) {

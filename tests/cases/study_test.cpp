@@ -366,7 +366,7 @@ TEST_F(StudyVariants, ReducedIsSaidAndNear) {
   EXPECT_LT((ours - theirs).cwiseAbs().maxCoeff(), 0.05 * theirs.cwiseAbs().maxCoeff());
   const Result replaced = run(three_kinds, {"--reduced"});
   EXPECT_EQ(replaced.status, 0) << replaced.err;
-  EXPECT_SAYS(replaced.err, "were those of the full model and are replaced");
+  EXPECT_SAYS(replaced.err, "came from the full model and are replaced");
   EXPECT_EQ(json::parse(run(three_kinds).out)["computed"], 0) << "the units of the full model stay";
   // The model itself changes with a material.
   const std::string expansion =

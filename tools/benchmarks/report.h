@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Measurements in pairs and the table that shows them. Ours and the alternative run in turn, the one
-// that begins changes from pair to pair; a ratio is the median of the pairs' ratios, so that a
-// machine that slows down for a while slows both.
+// Paired measurements and the table of their results. In each pair this program and an alternative run one after the
+// other; the one that begins alternates from pair to pair. A ratio is the median of the pairs' ratios, so a computer
+// that is slow for a while affects both.
 
 #include <functional>
 #include <string>
@@ -19,14 +19,16 @@ struct Pairs {
 };
 Pairs in_turn(int pairs, const Command& ours, const Command& other);
 
-/// One quantity of all outcomes; besides what programs print: "processor" and "wall" (seconds) and "MiB".
+/// @return one quantity of all outcomes
+/// @param name  "processor" or "wall" (s), "MiB" (peak memory), or a name that the program prints
 std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string& name);
 
 class Report {
 public:
   explicit Report(std::string title) : title_(std::move(title)) {}
 
-  /// @param ours, other  seconds of each pair, same length
+  /// Adds a row. @param what  measured quantity  @param ours, other  seconds of each pair, same length
+  /// @param alternative  the other program, in words
   void compare(const std::string& what, const std::vector<double>& ours, const std::vector<double>& other,
                const std::string& alternative, int threads, double ours_MiB = 0, double other_MiB = 0);
   /// A figure without an alternative.

@@ -234,7 +234,8 @@ public:
   }
   std::string text() const {
     std::string text = fmt::format(
-        "nc: {:.1f} s: {:.1f} s cutting, {:.1f} s rapid, {:.1f} s standing; {} moves in {} lines run, {} tool changes",
+        "nc: {:.1f} s: {:.1f} s cutting, {:.1f} s rapid, {:.1f} s at rest; {} moves in {} executed lines, {} tool "
+        "changes",
         duration_, cutting_, rapid_, paused_, program_.moves, program_.blocks, program_.tool_changes);
     if (predictor_ && largest_um_.size() > 0) {
       text += "\nlargest offset of a cutting move:";
@@ -279,21 +280,22 @@ private:
                       "runs them",
                       options_.program.string(), program_.deletable));
     if (program_.open_end)
-      core::warn(fmt::format("{}: ends without M2, M30 or %; the end of the file counts", options_.program.string()));
+      core::warn(fmt::format("{}: ends without M2, M30 or %; the end of the file is taken as the end of the program",
+                             options_.program.string()));
   }
   void warn_of_tools() const {
     if (process_.unknown_tools().empty()) return;
     std::vector<std::string> names;
     for (const int tool : process_.unknown_tools()) names.push_back(tool > 0 ? fmt::format("T{}", tool) : "none");
-    core::warn(fmt::format("{}: no [[tool]] for {}, whose process power is taken to be 0", options_.process.string(),
-                           core::join(names)));
+    core::warn(fmt::format("{}: no [[tool]] for {}; the process power of these tools is assumed to be 0",
+                           options_.process.string(), core::join(names)));
   }
   nc::Report report() const {
     nc::Report report;
     report.program = options_.program.filename().string();
     report.machine = fmt::format("machine {}, order {}", twin_.machine.name, twin_.model->system.order());
     report.begins = options_.state.empty()
-                        ? fmt::format("the whole machine begins at {} °C", options_.start_C)
+                        ? fmt::format("the machine begins at a uniform temperature of {} °C", options_.start_C)
                         : fmt::format("begins {} s after the saved state {}", options_.after_s.value_or(options_.row_s),
                                       options_.state.filename().string());
     report.axes = predictor_->axes();
@@ -341,7 +343,7 @@ private:
       steps.push_back({"The program with corrected coordinates:",
                        fmt::format("thermotwin nc {} {} --rewrite path --out {}", model, program, out)});
     if (options_.state.empty())
-      steps.push_back({"From the machine as it is, where `compensate --state machine.state` runs beside the control:",
+      steps.push_back({"From the present temperatures, if `compensate --state machine.state` runs beside the control:",
                        fmt::format("thermotwin nc {} {} --state machine.state --out {}", model, program, out)});
     if (options_.repeat == 1)
       steps.push_back({"A series of parts, and how long to warm up before the first good one:",

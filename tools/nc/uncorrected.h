@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The part of the predicted error that no linear axis moves: offsets and a corrected program leave it.
+// The part of the predicted error in directions along which no linear axis moves the tool. Neither offsets nor a
+// corrected program remove it.
 
 #include <nlohmann/json.hpp>
 
@@ -17,9 +18,9 @@ public:
   explicit Uncorrected(const mesh::Machine& machine);
 
   void add(const nc::PredictedMove& move);
-  /// A sentence; empty: axes move all directions.
+  /// A sentence for the summary; empty if linear axes move the tool along all directions.
   std::string sentence(const std::string& unit = "um") const;
-  /// Adds unmoved_directions and largest_unmoved_um.
+  /// Adds the keys unmoved_directions and largest_unmoved_um.
   void to(nlohmann::json& json) const;
 
 private:

@@ -60,7 +60,7 @@ void carry_out(const CommonOptions& options, const ClusterOptions& cluster, cons
   const Stopwatch time;
   if (cluster.slurm) return write_scripts(options, cluster, study);
   if (const auto stale = study::stale_units(study.folder, study.units); !stale.empty()) {
-    core::warn(fmt::format("{} units in {} are of another plan, machine, model or version; they are not used",
+    core::warn(fmt::format("{} units in {} belong to another plan, machine, model or version; they are not used",
                            stale.size(), (study.folder / "units").string()));
   }
   std::optional<core::FolderLock> lock;  // the tasks of an array lock their units only

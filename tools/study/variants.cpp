@@ -190,8 +190,8 @@ void warn_of_other_model(const fs::path& folder, bool reduced) {
   const std::string model = before.is_object() ? before.value("model", "") : "";
   if (model.empty() || (model == "reduced") == reduced) return;
   core::warn(
-      fmt::format("the tables in {} were those of the {} model and are replaced; its units stay, so that a run "
-                  "{} --reduced brings them back",
+      fmt::format("the tables in {} came from the {} model and are replaced. Its units are kept: a run {} --reduced "
+                  "makes its tables again",
                   folder.string(), model, reduced ? "without" : "with"));
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_FMI2_H
 #define THERMOTWIN_FMI2_H
-/* What FMI 2.0 for Co-Simulation asks of a model: types, status values and functions, written from the standard's
- * description of its interface (FMI 2.0.4, sections 2.1 and 4.2). */
+/* C interface of FMI 2.0 for Co-Simulation that a model has to export: types, status values and functions. It is
+ * written from the description of the interface in the standard (FMI 2.0.4, sections 2.1 and 4.2). */
 
 #include <stddef.h>
 
@@ -30,7 +30,7 @@ enum { fmi2False, fmi2True };
 typedef struct fmi2CallbackFunctions {
   void (*logger)(fmi2ComponentEnvironment, fmi2String instance, fmi2Status, fmi2String category, fmi2String message,
                  ...);
-  void* (*allocateMemory)(size_t count, size_t size); /* of zeros */
+  void* (*allocateMemory)(size_t count, size_t size); /* filled with zeros, as by calloc */
   void (*freeMemory)(void*);
   void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
   fmi2ComponentEnvironment componentEnvironment;

@@ -160,7 +160,7 @@ TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
       diagnosis::extended_text(meshed::machine(), d.causes.front().parameter, 98.0, 5.0, "test");
   EXPECT_NE(extended.find("(or cutting_fluid.on)"), std::string::npos) << extended.substr(extended.size() - 400);
   ASSERT_FALSE(d.actions.empty());
-  EXPECT_NE(d.actions.front().find("run them one after another"), std::string::npos) << d.actions.front();
+  EXPECT_NE(d.actions.front().find("Run them one after another"), std::string::npos) << d.actions.front();
 }
 
 // The machine is switched off for a while, and the fluid with it: the heat follows the one or the other.

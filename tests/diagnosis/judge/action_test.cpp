@@ -42,26 +42,26 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
     EXPECT_TRUE(action.ends_with(".")) << action;
   }
   EXPECT_EQ(diagnosis::action_of(cause(Kind::source_power, "motor", 1.6), model),
-            "Check the power of motor (head.motor): its heat is 1.6 times as stated. Measure the drive's power, and "
-            "feel for friction.");
+            "Check the power of motor (head.motor): its heat is 1.6 times the stated one. Measure the drive's power, "
+            "and feel for friction.");
 }
 
 TEST(Action, OneChannelIsAskedForItsLoggerADeviceForItsClock) {
   const reduction::ReducedModel model = diagnosis::boxed_column();
   EXPECT_EQ(diagnosis::action_of(cause(Kind::clock_shift, "head_front", -52.0), model),
             "Ask first whether head_front comes from another logger: it is recorded 52 s too early. If so, synchronise "
-            "the clocks. If not, check its place and mounting: it reacts earlier than the model says.");
+            "the clocks. If not, check its place and mounting: it reacts earlier than the model predicts.");
   EXPECT_EQ(diagnosis::action_of(cause(Kind::clock_shift, "day/temperature", 314.0), model),
             "Synchronise the clocks: day/temperature is recorded 314 s too late.");
 }
 
 TEST(Action, AMaterialInAllItsBodiesIsCheckedByItsData) {
   EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), diagnosis::boxed_column()),
-            "Check the data of material iron (base, column, head): its expansion is 1.3 times as stated in all of "
-            "them.");
+            "Check the data of material iron (base, column, head): in all of them its expansion is 1.3 times the "
+            "stated one.");
   EXPECT_EQ(diagnosis::action_of(cause(Kind::heat_capacity, "head", 1.3), diagnosis::boxed_column()),
-            "Check mass and material of head (ribs, fillings, attached parts): its heat capacity is 1.3 times as "
-            "stated.");
+            "Check mass and material of head (ribs, fillings, attached parts): its heat capacity is 1.3 times the "
+            "stated one.");
 }
 
 TEST(Action, AnotherLawIsRecordedOrLookedFor) {

@@ -163,7 +163,7 @@ TEST(Verdict, NothingIsExplainedWhereTheMachineAsStatedFits) {
   EXPECT_EQ(fits.ambiguous_set[1].parameter.kind, Kind::none);
   EXPECT_NE(fits.sentence.find("the machine as stated"), std::string::npos) << fits.sentence;
   EXPECT_NE(fits.sentence.find("already fits: chi-square 9 for 10 values"), std::string::npos) << fits.sentence;
-  EXPECT_EQ(fits.sentence.find("none of them surely"), std::string::npos) << fits.sentence;
+  EXPECT_EQ(fits.sentence.find("none of them with certainty"), std::string::npos) << fits.sentence;
   // It does not fit where one of its parameters would have to be far from what is stated.
   EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 0.8, .stretched = -7.2}).verdict,
             diagnosis::Verdict::explained);

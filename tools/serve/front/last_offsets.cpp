@@ -60,7 +60,7 @@ LastOffsets::LastOffsets(std::filesystem::path file) : file_(std::move(file)), w
     age_s_ = age_of(json);
   } catch (const std::exception&) {
     found_.reset();
-    core::warn(fmt::format("serve: {} is damaged; the last offsets are not known", file_.string()));
+    core::warn(fmt::format("serve: {} is damaged; offsets do not continue from the last ones", file_.string()));
   }
 }
 
@@ -93,7 +93,7 @@ void LastOffsets::keep(const std::vector<std::string>& axes, const Eigen::Vector
 void LastOffsets::take_in() {
   if (!writing_.valid()) return;
   const std::string error = writing_.get();
-  if (!error.empty() && !warned_) core::warn("serve: the last offsets are not kept: " + error);
+  if (!error.empty() && !warned_) core::warn("serve: the last offsets cannot be saved: " + error);
   warned_ = !error.empty();
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The offsets that a machine was given last, in a file beside the state: the control may still apply them when `serve`
-// starts again. It is written whole, in a thread of its own, so that a slow disk holds up no row.
+// The last offsets that were sent to a machine, in a file beside the state. The control may still apply them when
+// `serve` starts again, and the new offsets then continue from them. A separate thread replaces the whole file, so a
+// slow disk delays no row.
 
 #include <Eigen/Core>
 
@@ -16,22 +17,24 @@ namespace thermotwin::tools {
 
 class LastOffsets {
 public:
-  /// Later, a control may have put them away.
+  /// Age up to which the offsets are used. A control may have removed older ones.
   static constexpr double valid_s = 300.0;
 
-  /// Reads the file; one that is damaged is a warning.
+  /// Reads the file; a damaged file gives a warning.
   explicit LastOffsets(std::filesystem::path file);
   ~LastOffsets();
   LastOffsets(const LastOffsets&) = delete;
   LastOffsets& operator=(const LastOffsets&) = delete;
 
-  /// @param time  s, of the first row, on the scale of RowClock  @param is_record  its time alone counts besides
-  /// @return (axes) um; nothing where there was no file, of these axes, as young as valid_s
+  /// @param time       s, of the first row, on the scale of RowClock
+  /// @param is_record  the rows are a record: the age is then at least the difference of `time` and the stored time
+  /// @return (axes) um; nothing if there was no file, if it has other axes, or if it is older than valid_s
   std::optional<Eigen::VectorXd> before(const std::vector<std::string>& axes, double time, bool is_record) const;
 
-  /// After each answer to a machine: written at most once a second, where an offset has changed, or each 30 s.
+  /// To be called after each answer to a machine. The file is written at most once a second if an offset has changed by
+  /// 0.1 um or more, else every 30 s.
   void keep(const std::vector<std::string>& axes, const Eigen::VectorXd& offset_um, double time, double now);
-  /// At the end.
+  /// Writes offsets that are not in the file yet, and waits for the thread.
   void finish();
 
 private:
@@ -51,7 +54,7 @@ private:
   double written_at_ = 0;
   bool is_open_ = false;  ///< kept_ is not on the disk yet
   bool warned_ = false;
-  std::future<std::string> writing_;  ///< what went wrong; empty: nothing
+  std::future<std::string> writing_;  ///< error of the running write; empty: none
 };
 
 }  // namespace thermotwin::tools

@@ -76,7 +76,7 @@ void PageLink::tend(double now) {
     end();
     wait_s_ = now - begun_at_ > lives_s ? 0.5 : std::min(2.0 * wait_s_, longest_wait_s);
     next_start_at_ = now + wait_s_;
-    core::warn(fmt::format("serve: the page has ended ({} {}); it is tried again in {:.0f} s",
+    core::warn(fmt::format("serve: the process of the page has ended ({} {}); it is restarted in {:.0f} s",
                            WIFSIGNALED(how) ? "signal" : "status", WIFSIGNALED(how) ? WTERMSIG(how) : WEXITSTATUS(how),
                            wait_s_));
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A model file that has changed is taken over while the model in use goes on: a second process of the new file first
-// gets the rows of the last 24 h, one a minute. Only when it has answered them does it replace the other one. A file
-// that cannot be used changes nothing. The rows outlive a restart of `serve`. Where they do not reach back 24 h, nor to
-// a cold start of the model, the new model would be cold: the one in use goes on until they do.
+// Replaces the model when its file has changed, without interrupting the model in use. A second process with the new
+// file first gets the rows of the last 24 h, one a minute, to reach the thermal state of the machine. It replaces the
+// process in use when it has answered all of them. A file that cannot be used changes nothing. The rows are kept in a
+// file and survive a restart of `serve`. If they reach back neither 24 h nor to a cold start of the model, the new
+// model would start cold. The model in use then goes on until they do.
 
 #include <deque>
 #include <filesystem>
@@ -22,43 +23,45 @@ namespace thermotwin::tools {
 
 class Takeover {
 public:
-  /// @param options  must outlive it
+  /// @param options  must outlive the takeover
   explicit Takeover(const FrontOptions& options);
 
-  /// Columns of the rows; those of others are forgotten.
+  /// Sets the column names of the rows; rows with other columns are dropped.
   void set_header(const std::string& header);
-  /// Rows that a new model has to know, one a minute of 24 h. @param is_cold  the model begins cold with the first one
+  /// Keeps a row for a new model: one a minute of the last 24 h.
+  /// @param is_cold  the model in use started cold with the first row
   void keep(ServedRow row, bool is_cold);
-  /// Whether a new model would know as much as the one in use.
+  /// Whether the rows are enough for a new model: 24 h, or all since a cold start.
   bool has_all_rows() const;
   const std::deque<ServedRow>& rows() const { return day_; }
 
-  /// Looks at the file and tends the second process. @param now  boot_s()
-  /// @return whether it has answered all that it had to know
+  /// Checks the model file, starts the second process and gives it rows; to be called repeatedly.
+  /// @param axes  axes of the offsets; a model with other axes is refused  @param now  boot_s()
+  /// @return whether the second process has answered all rows, so that take() may be called
   bool tend(const std::string& header, const std::vector<std::string>& axes, double now);
-  /// Whether a new file has been found that waits for rows; once.
+  /// Whether a new file has been found that waits for enough rows. True once for each file.
   bool takes_word_of_waiting() { return std::exchange(says_waiting_, false); }
   /// The second process, which goes on as the one in use. Its state replaces that of the other one, which is kept as
   /// STATE.before. To be called when the other process has ended.
   std::unique_ptr<ModelProcess> take();
-  /// What the second process has said of itself.
+  /// Announcement of the second process: its first line, as JSON.
   const nlohmann::json& announcement() const { return said_; }
-  /// A process that was taken saves its state beside STATE until it is started again; this puts it in place.
+  /// Renames STATE.next to STATE. A process that was taken saves to STATE.next until it is started again.
   void move_state() const;
 
   /// Descriptor to wait for; -1: none.
   int descriptor() const { return next_ ? next_->descriptor() : -1; }
 
 private:
-  /// What tells a file from the one before: a whole new one differs in its time, size or number.
+  /// Identity of a model file: a new file differs in time, size or inode.
   struct Stamp {
     long long time_ns = 0;
-    long long bytes = -1;
-    ino_t number = 0;
+    long long bytes = -1;  ///< -1: there is no file
+    ino_t number = 0;      ///< inode
     bool operator==(const Stamp&) const = default;
   };
   static Stamp stamp_of(const std::filesystem::path& file);
-  /// Last line of the file, with the hash of all before it.
+  /// @return the last line of the file: the hash of all lines before it; empty if there is none
   static std::string hash_of(const std::filesystem::path& file);
 
   void keep_first(ServedRow& row, bool is_cold);
@@ -83,10 +86,10 @@ private:
   std::string hash_;
   double looked_at_ = 0;
   std::unique_ptr<ModelProcess> next_;
-  nlohmann::json said_;   ///< null: nothing yet
-  double fed_until_ = 0;  ///< time of the last row of day_ that it got
-  double paused_at_ = 0;  ///< time of the last row before which it was ended
-  unsigned pauses_ = 0;   ///< so many times
+  nlohmann::json said_;   ///< announcement of next_; null: none yet
+  double fed_until_ = 0;  ///< time of the last row of day_ that next_ got
+  double paused_at_ = 0;  ///< time of the last row after a pause, before which next_ was ended
+  unsigned pauses_ = 0;   ///< number of such ends
 };
 
 /// The command of a model process with this state.
