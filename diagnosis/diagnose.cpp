@@ -145,7 +145,7 @@ void judge_explanation(const Problem& problem, const Response& response, const m
   linearise(named, problem, response, machine);
   if (!look.decided.causes.empty()) look.strain = strain_of(problem, named);
   if (look.found.probability_unknown < 0.5) return leave_open(problem, look.strain, look.decided);
-  raise_misfit(look.found, heldout_misfit(problem, named, look.found.beside_channel));
+  raise_misfit(look.found, heldout_misfit(problem, named, look.found.beside_channels));
   look.decided = {};
   decide(problem, look.found, look.decided);
 }
@@ -231,7 +231,7 @@ std::string longer_note(const Observations& open, const Observations& seen) {
 /// What speaks against an explanation leaves it open.
 void doubt(const mesh::Machine& machine, Records records, const Strain& strain, Diagnosis& d) {
   const std::string worse = worsened(d);
-  std::vector<std::string> doubts{uncertain_size(d), worse};
+  std::vector<std::string> doubts{uncertain_size(d), at_bound(d), worse};
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
   for (const std::string& one : doubts)
     if (d.verdict == Verdict::explained && !one.empty()) leave_open(one, d);
@@ -291,6 +291,9 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   doubt(machine, records, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
+  d.steps = steps_seen(problem, found);
+  for (const std::size_t k : found.unknown_channels)
+    d.unknown_in.push_back(problem.observations.channels[k].channel.id);
   d.analysis = analyse(problem, solver::Channels(machine));
   d.actions = actions_of(d, model);
   if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())

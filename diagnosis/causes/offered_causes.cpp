@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "compensation/measurement/channel.h"
 #include "diagnosis/causes/hypothesis.h"
@@ -284,6 +287,7 @@ void add_readings(const Machine& machine, const Measurement& measurement, double
                   std::vector<Parameter>& found) {
   std::set<std::string> seen;  // a sensor that two channels read is offered once
   int temperatures = 0, displacements = 0;
+  std::map<std::string, std::vector<const MeasuredChannel*>> alike;  // by quantity
   const auto [clock_std, lag_std] = time_spread(measurement, told_row_s);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
@@ -291,6 +295,7 @@ void add_readings(const Machine& machine, const Measurement& measurement, double
       found.push_back(
           candidate(Kind::probe_drift, channel.id, std::max(drift_std_um_h, 0.05 * channel.uncertainty), 1.5));
       if (channel.unit == "um/m") found.back().unit = "um/m/h";
+      alike[channel.quantity].push_back(&channel);
     } else if (channel.kind == ChannelKind::temperature && machine.sensor_index(channel.sensor) >= 0 &&
                seen.insert(channel.sensor).second) {
       ++temperatures;
@@ -306,6 +311,14 @@ void add_readings(const Machine& machine, const Measurement& measurement, double
       continue;
     }
     found.push_back(candidate(Kind::clock_shift, channel.id, clock_std, 1800.0));
+  }
+  // A fixture that creeps, a tool or wheel that wears: all displacements of a quantity drift alike.
+  for (const auto& [quantity, channels] : alike) {
+    if (channels.size() < 2) continue;
+    const MeasuredChannel& first = *channels.front();
+    found.push_back(candidate(Kind::probe_drift, "displacement." + quantity,
+                              std::max(drift_std_um_h, 0.05 * first.uncertainty), 1.5));
+    if (first.unit == "um/m") found.back().unit = "um/m/h";
   }
   // The clock of a whole device, where it has more than one channel.
   if (temperatures > 1) found.push_back(candidate(Kind::clock_shift, "temperature", clock_std, 1800.0));

@@ -38,13 +38,6 @@ struct Variant {
   double value = 0;
 };
 
-double log_mean_exp(const std::vector<double>& logs) {
-  const double top = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double log : logs) sum += std::exp(log - top);
-  return top + std::log(sum / static_cast<double>(logs.size()));
-}
-
 /// The rows that are fitted, with the model's columns.
 class Fitted {
 public:

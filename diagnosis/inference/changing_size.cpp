@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -12,6 +15,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/inference/hypothesis_fit.h"
+#include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
 
@@ -21,7 +25,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::size_t most_tried = 10;  ///< sources and joints
+constexpr std::size_t most_tried = 24;  ///< sources and joints
 constexpr int coarse_times = 16, finer_times = 9, finer_passes = 3;
 constexpr std::size_t most_laws = 3;  ///< of the sources and joints, with a size in each of many intervals
 constexpr int law_intervals = 60;
@@ -132,6 +136,23 @@ struct Timed {
   std::size_t best() const { return std::max_element(evidence.begin(), evidence.end()) - evidence.begin(); }
 };
 
+/// How far the time of a step lies from the best one, s: RMS by its probability, and half the mean's interval.
+/// @param evidence  ln, over the time
+double time_std(const std::map<double, double>& evidence, double best_s, double interval_s) {
+  double most = -std::numeric_limits<double>::infinity(), sum = 0.0, squares = 0.0;
+  for (const auto& [when, log] : evidence) most = std::max(most, log);
+  for (auto right = std::next(evidence.begin()); right != evidence.end(); ++right) {
+    const auto left = std::prev(right);
+    const double width = right->first - left->first;
+    for (const auto& [when, log] : {*left, *right}) {
+      const double weight = 0.5 * width * std::exp(log - most);
+      sum += weight;
+      squares += weight * (when - best_s) * (when - best_s);
+    }
+  }
+  return std::hypot(std::sqrt(squares / sum), 0.5 * interval_s);
+}
+
 /// Times about the best one, closer together; the step at the best of them, uncertain as its evidence says.
 ChangingSizes::Step at_its_time(const Problem& problem, const Response& response, const MachineInTime& base,
                                 const White& white, const Tried& tried, const Timed& coarse, std::size_t places) {
@@ -140,6 +161,8 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
   MatrixXd columns;
   double constant = 0.0;
   VectorXd evidence(finer_times), when(finer_times);
+  std::map<double, double> everywhere;  // evidence over the time
+  for (std::size_t k = 0; k < coarse.from_s.size(); ++k) everywhere[coarse.from_s[k]] = coarse.evidence[k];
   for (int pass = 0; pass < finer_passes; ++pass, width *= 2.0 / (finer_times - 1)) {
     steps.clear();
     for (int k = 0; k < finer_times; ++k)
@@ -150,6 +173,7 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
       const std::size_t at = k;
       evidence[k] = beside.of_step(steps[at], k);
       when[k] = steps[at].from_s;
+      everywhere[when[k]] = evidence[k];
     }
     constant = beside.of_constant(problem.parameters[tried.parameter], tried.parameter);
     Index at = 0;
@@ -158,13 +182,10 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
   }
   Index best = 0;
   const double most = evidence.maxCoeff(&best);
-  const VectorXd weight = (evidence.array() - most).exp() / (evidence.array() - most).exp().sum();
   const Index before = std::max<Index>(best - 1, 0), after = std::min<Index>(best + 1, columns.cols() - 1);
-  const double apart = when[1] - when[0];
   ChangingSizes::Step found;
   found.parameter = steps[best];
-  found.parameter.from_std_s =
-      std::sqrt(weight.dot((when.array() - when[best]).square().matrix()) + apart * apart / 12.0);
+  found.parameter.from_std_s = time_std(everywhere, when[best], problem.observations.interval);
   found.parameter.prior_share = std::exp(coarse.log_share) / places;
   found.column = columns.col(best);
   found.freedom =
@@ -172,13 +193,6 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
   found.log_evidence = most;
   found.over_constant = most - constant;
   return found;
-}
-
-double log_average(const std::vector<double>& logs) {
-  const double top = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double value : logs) sum += std::exp(value - top);
-  return top + std::log(sum / logs.size());
 }
 
 /// ln Bayes factor of a size that wanders or jumps in the course of the record: an Ornstein-Uhlenbeck process.
@@ -232,7 +246,7 @@ ChangingSizes find_changing_sizes(const Problem& problem, const Response& respon
       const std::size_t column = i * when.size() + k;
       timed[i].evidence[k] = steps_beside.of_step(steps[column], column);
     }
-    timed[i].log_share = log_average(timed[i].evidence) - timed[i].evidence[timed[i].best()];
+    timed[i].log_share = log_mean_exp(timed[i].evidence) - timed[i].evidence[timed[i].best()];
     const Index first = i * (count + 1);
     result.laws.push_back({tried[i].parameter, intervals_beside.of_many(first, count + 1, tried[i].cause_std), 0.0});
   }

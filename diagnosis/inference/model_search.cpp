@@ -14,6 +14,7 @@
 #include "diagnosis/inference/lag_scan.h"
 #include "diagnosis/inference/unknown_cause.h"
 #include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
 
@@ -29,13 +30,6 @@ constexpr std::size_t most_pair_partners = 60;
 constexpr double likely_enough = 0.1;  ///< none, that it may be the verdict
 constexpr double worth_looking_beside =
     10.0;  ///< ln Bayes factor of the leading cause above which all others are linearised anew beside it
-
-double log_sum(const std::vector<double>& logs) {
-  const double top = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double value : logs) sum += std::exp(value - top);
-  return top + std::log(sum);
-}
 
 /// Each kind counts the same, and each place of a kind. (candidates) adds up to 1
 std::vector<double> prior_shares(const Problem& problem, const std::vector<int>& candidates) {
@@ -268,8 +262,9 @@ std::vector<Hypothesis> compared(const Search& of, const std::vector<int>& candi
 /// A hypothesis with something unknown beside it.
 struct Leftover {
   const Hypothesis* hypothesis;
-  double log_weight;  ///< of its posterior
-  int channel;        ///< that the unknown is in; -1: several
+  double log_weight;                  ///< of its posterior
+  std::vector<std::size_t> channels;  ///< that the unknown is in alone; empty: several
+  ReadingSteps steps;                 ///< that describe it best; else without steps
 };
 
 /// Whether the best single cause and the best pair leave what they do not describe.
@@ -280,7 +275,8 @@ std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesi
       if (h.members.size() == members && h.refined) {
         const UnknownEvidence beside = evidence_beside_unknown(of.problem, h);
         const double log = of.options.evidence_share * (beside.with - log_without);
-        leftovers.push_back({&h, std::log(of.options.prior_leftover) + h.log_prior + log, beside.channel});
+        leftovers.push_back(
+            {&h, std::log(of.options.prior_leftover) + h.log_prior + log, beside.channels, beside.steps});
         break;
       }
     }
@@ -292,16 +288,18 @@ std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesi
 void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResult& result) {
   std::vector<double> listed, with = {std::log(of.options.prior_unknown) + result.log_evidence_unknown};
   for (const Hypothesis& h : result.hypotheses) listed.push_back(h.log_prior + h.log_evidence);
-  result.beside_channel = -1;
+  result.beside_channels.clear();
+  result.beside_steps = {};
   double most = with.front();
   for (const Leftover& leftover : leftovers) {
     with.push_back(leftover.log_weight);
     if (leftover.log_weight <= most) continue;
     most = leftover.log_weight;
-    result.beside_channel = leftover.channel;
+    result.beside_channels = leftover.channels;
+    result.beside_steps = leftover.steps;
   }
-  const double of_listed = log_sum(listed), of_unknown = log_sum(with);
-  result.log_normal = log_sum({of_listed, of_unknown});
+  const double of_listed = log_sum_exp(listed), of_unknown = log_sum_exp(with);
+  result.log_normal = log_sum_exp({of_listed, of_unknown});
   result.log_odds_unknown = of_unknown - of_listed;
   result.marginal = VectorXd::Zero(std::ssize(of.problem.parameters));
   share_probability(result, of.options);
@@ -390,7 +388,7 @@ void add_laws(SearchResult& found, std::vector<ChangingLaw> laws, const SearchOp
 void share_probability(SearchResult& found, const SearchOptions& options) {
   const double unknown = 1.0 / (1.0 + std::exp(-found.log_odds_unknown));
   const double of_unknown = found.log_odds_unknown - std::log(options.prior_leftover);
-  found.misfit = std::max({0.0, found.beside_channel < 0 ? of_unknown : 0.0, found.raised_misfit});
+  found.misfit = std::max({0.0, found.beside_channels.empty() ? of_unknown : 0.0, found.raised_misfit});
   const double weight = 1.0 / (1.0 + found.misfit);
   double laws = 0.0;
   for (const ChangingLaw& law : found.laws) laws += law.probability;
@@ -399,7 +397,7 @@ void share_probability(SearchResult& found, const SearchOptions& options) {
     plain.push_back(h.log_prior + h.log_evidence);
     coarse.push_back(h.log_prior + weight * h.log_evidence);
   }
-  const double all_plain = log_sum(plain), all_coarse = log_sum(coarse);
+  const double all_plain = log_sum_exp(plain), all_coarse = log_sum_exp(coarse);
   found.probability_unknown = (1.0 - laws) * unknown;
   found.probability_leftover = 0.0;
   found.marginal.setZero();
@@ -448,7 +446,8 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
       unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
                        problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
   result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
-  result.unknown_channel = alone.channel;
+  result.unknown_channels = alone.channels;
+  result.unknown_steps = alone.steps;
   std::vector<Leftover> leftovers = leftovers_of(of, result.hypotheses, alone.without);
   weigh(of, leftovers, result);
   if (compare_on_equal_terms(of, leftovers, result)) {

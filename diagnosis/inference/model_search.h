@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "diagnosis/inference/hypothesis_fit.h"
+#include "diagnosis/inference/reading_steps.h"
 
 namespace thermotwin::diagnosis {
 
@@ -62,18 +63,22 @@ struct SearchResult {
   double log_evidence_beside = 0;   ///< of the most probable of these causes or pairs, without the unknown
   /// ln odds of something unknown, alone or beside causes, against all listed hypotheses without it.
   double log_odds_unknown = -std::numeric_limits<double>::infinity();
-  /// Where the best cause or pair leaves one channel alone to something unknown, that one; -1: several, or none.
-  int beside_channel = -1;
-  double raised_misfit = 0;  ///< found after the search
+  /// Where the best cause or pair leaves one channel alone to something unknown, or steps of one quantity, these
+  /// channels; empty: others, or none.
+  std::vector<std::size_t> beside_channels;
+  ReadingSteps beside_steps;  ///< that describe it best there; else without steps
+  double raised_misfit = 0;   ///< found after the search
   /// ln Bayes factor of something unknown in several channels against these hypotheses; 0: they are as good.
   double misfit = 0;
   std::vector<ChangingLaw> laws;  ///< most probable first
   double log_normal = 0;          ///< of the sum of prior times evidence of all but the laws
-  int unknown_channel = -1;       ///< the one that something unknown is best seen in; -1: several
-  std::vector<int> invisible;     ///< parameters that this measurement cannot show
-  double chi_square_none = 0;     ///< of the fitted part, no cause
-  Eigen::Index fitted = 0;        ///< its degrees of freedom
-  Stretch stretch;                ///< of the machine as stated
+  /// What something unknown without a cause is best seen in, if it is one channel or steps of one quantity; else empty.
+  std::vector<std::size_t> unknown_channels;
+  ReadingSteps unknown_steps;  ///< that describe it best; else without steps
+  std::vector<int> invisible;  ///< parameters that this measurement cannot show
+  double chi_square_none = 0;  ///< of the fitted part, no cause
+  Eigen::Index fitted = 0;     ///< its degrees of freedom
+  Stretch stretch;             ///< of the machine as stated
 
   /// The hypothesis of this single cause; nullptr if it is invisible.
   const Hypothesis* single(int parameter) const;

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
+#include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
 
@@ -43,12 +44,17 @@ Block block(const ChannelCovariance& covariance, const MatrixXd& columns, const 
   return result;
 }
 
-double log_evidence(const Block& sum, double rows) {
+Eigen::LLT<MatrixXd> factor_of(const Block& sum) {
   MatrixXd precision = sum.gram;
   precision.diagonal().array() += 1.0;
-  const Eigen::LLT<MatrixXd> factor(precision);
+  Eigen::LLT<MatrixXd> factor(precision);
   if (factor.info() != Eigen::Success)
     throw core::SolverError("diagnosis: evidence with a residual that is not finite");
+  return factor;
+}
+
+double log_evidence(const Block& sum, double rows) {
+  const Eigen::LLT<MatrixXd> factor = factor_of(sum);
   const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
   return -0.5 * (rows * std::log(2.0 * std::numbers::pi) + log_det + sum.square -
                  sum.right.dot(factor.solve(sum.right)) + sum.log_determinant);
@@ -59,13 +65,6 @@ void add(Block& sum, const Block& other, double sign = 1.0) {
   sum.right += sign * other.right;
   sum.square += sign * other.square;
   sum.log_determinant += sign * other.log_determinant;
-}
-
-double log_mean(const std::vector<double>& logs) {
-  const double top = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double value : logs) sum += std::exp(value - top);
-  return top + std::log(sum / logs.size());
 }
 
 }  // namespace
@@ -125,17 +124,33 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_chan
       for (const std::size_t k : scopes[i]) add(sum, blocks[k * wide], -1.0), add(sum, blocks[k * wide + s + 1]);
       logs.push_back(log_evidence(sum, rows));
     }
-    of_scope[i] = log_mean(logs);
+    of_scope[i] = log_mean_exp(logs);
   });
   std::vector<double> sorts = {of_scope[0]};
   const auto from = [&](std::size_t first, std::size_t last) {
     return std::vector<double>(of_scope.begin() + first, of_scope.begin() + last);
   };
-  if (groups > 1) sorts.push_back(log_mean(from(1, groups)));
-  if (scopes.size() > groups) sorts.push_back(log_mean(from(groups, scopes.size())));
-  result.with = log_mean(sorts);
+  if (groups > 1) sorts.push_back(log_mean_exp(from(1, groups)));
+  if (scopes.size() > groups) sorts.push_back(log_mean_exp(from(groups, scopes.size())));
   const std::size_t best = std::max_element(of_scope.begin(), of_scope.end()) - of_scope.begin();
-  if (best >= groups) result.channel = best - groups;
+  if (best >= groups) result.channels = {best - groups};
+
+  const Eigen::LLT<MatrixXd> factor = factor_of(nominal);
+  const MatrixXd scaled = columns * prior_std.asDiagonal();
+  const VectorXd mean = factor.solve(nominal.right);
+  const std::vector<ReadingSteps> steps =
+      find_reading_steps(problem, {scaled, residual, covariance, factor, mean}, seen, levels);
+  if (!steps.empty()) {
+    std::vector<double> of_steps;
+    for (const ReadingSteps& one : steps) of_steps.push_back(result.without + one.log_evidence);
+    sorts.push_back(log_mean_exp(of_steps));
+    const std::size_t leads = std::max_element(of_steps.begin(), of_steps.end()) - of_steps.begin();
+    if (of_steps[leads] > of_scope[best]) {
+      result.steps = steps[leads];
+      result.channels = steps[leads].channels;
+    }
+  }
+  result.with = log_mean_exp(sorts);
   return result;
 }
 

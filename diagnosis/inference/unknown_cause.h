@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A difference that no kind describes: something that wanders, in one channel, in all of one quantity or
-// in all, alone or beside causes. Its size and its memory are not known: the evidence is a mean over some.
+// A difference that no kind describes: something that wanders, in one channel, in all of one sort or in all, or steps in
+// readings; alone or beside causes. Its size, memory and times are not known: the evidence is a mean over some.
 
 #include <Eigen/Core>
 
 #include <vector>
 
+#include "diagnosis/inference/reading_steps.h"
 #include "diagnosis/response/problem.h"
 
 namespace thermotwin::diagnosis {
@@ -14,8 +15,10 @@ namespace thermotwin::diagnosis {
 /// log evidence of the fitted part with the whitening's determinant, without and with something unknown.
 struct UnknownEvidence {
   double without = 0;
-  double with = 0;   ///< mean over scopes, sizes and memories
-  int channel = -1;  ///< where a single channel's is the best scope; -1: several channels'
+  double with = 0;  ///< mean over scopes, sizes, memories and times
+  /// Where the best scope is a single channel, or steps of one quantity: these channels; else empty.
+  std::vector<std::size_t> channels;
+  ReadingSteps steps;  ///< where they are the best scope; else without steps
 };
 
 /// @param columns, prior_std  of the nuisances and, where a cause stands beside it, of the cause

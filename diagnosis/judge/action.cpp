@@ -114,6 +114,12 @@ std::string reading_action(const RankedCause& cause) {
       return fmt::format("Fix the sensor of {} to its place: {:.0f} % of its reading is the air's temperature.",
                          p.where, 100.0 * cause.value);
     case Kind::probe_drift:
+      if (const std::size_t dot = p.where.rfind("displacement."); dot != std::string::npos) {
+        return fmt::format(
+            "Check fixture, probe, tool and workpiece for creep or wear: all displacements {} drift by "
+            "{:+.2g} {}.",
+            p.where.substr(dot + std::string("displacement.").size()), cause.value, p.unit);
+      }
       return fmt::format("Check fixture and probe of {}: it drifts by {:+.2g} {}.", p.where, cause.value, p.unit);
     default: return clock_action(cause);
   }
@@ -259,8 +265,13 @@ std::string law_action(const std::string& where, const mesh::Machine& machine) {
 
 /// Where something unknown is seen best.
 std::string unknown_action(const Diagnosis& diagnosis) {
-  const auto furthest = std::max_element(diagnosis.analysis.begin(), diagnosis.analysis.end(),
-                                         [](const auto& a, const auto& b) { return a.ratio < b.ratio; });
+  const auto concerned = [&](const ResidualAnalysis& one) {
+    return diagnosis.unknown_in.empty() ||
+           std::find(diagnosis.unknown_in.begin(), diagnosis.unknown_in.end(), one.id) != diagnosis.unknown_in.end();
+  };
+  const auto furthest =
+      std::max_element(diagnosis.analysis.begin(), diagnosis.analysis.end(),
+                       [&](const auto& a, const auto& b) { return a.ratio * concerned(a) < b.ratio * concerned(b); });
   if (furthest == diagnosis.analysis.end()) return "";
   return fmt::format(
       "Begin with {}: its residual is {:.1f} times the expected one{}, and no known kind of cause explains it. A "
@@ -268,16 +279,40 @@ std::string unknown_action(const Diagnosis& diagnosis) {
       furthest->id, furthest->ratio, furthest->follows.empty() ? "" : " and follows " + furthest->follows);
 }
 
+/// Steps that nothing else goes with.
+std::string steps_action(const StepsSeen& seen) {
+  const char* reasons =
+      seen.unit == "degC" || seen.unit == "K"
+          ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"
+          : "a scale that slipped, a changed tool, wheel or workpiece, a collision, or a probe that "
+            "was touched";
+  return fmt::format(
+      "Find out what happened on the machine: {}, and nothing else changed with it. Possible reasons are {}.",
+      in_words(seen), reasons);
+}
+
 }  // namespace
+
+std::string in_words(const StepsSeen& seen) {
+  std::vector<std::string> steps;
+  for (const ReadingStep& step : seen.steps) {
+    steps.push_back(fmt::format("by {:+.3g} +- {} {} at {:.2f} h", step.size, core::plain_number(step.std, 2),
+                                seen.unit == "degC" ? "K" : seen.unit, step.from_s / core::units::hour));
+  }
+  return fmt::format("{} changed suddenly {} of the record", core::join(seen.channels, " and "),
+                     core::join(steps, " and "));
+}
 
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model) {
   std::vector<std::string> actions;
   const bool unknown_leads =
       diagnosis.verdict == Verdict::unexplained || (diagnosis.causes.empty() && !diagnosis.ambiguous_set.empty() &&
                                                     diagnosis.ambiguous_set.front().parameter.kind == Kind::unknown);
-  if (unknown_leads) actions.push_back(unknown_action(diagnosis));
+  const bool steps = !diagnosis.steps.steps.empty();
+  if (unknown_leads) actions.push_back(steps ? steps_action(diagnosis.steps) : unknown_action(diagnosis));
   if (!actions.empty() && actions.front().empty()) actions.clear();
   for (const RankedCause& cause : diagnosis.causes) actions.push_back(action_of(cause, model));
+  if (!unknown_leads && steps) actions.push_back(steps_action(diagnosis.steps));
   for (const RankedCause& cause : diagnosis.ambiguous_set)
     if (cause.parameter.kind == Kind::other_law) actions.push_back(law_action(cause.parameter.where, model.machine));
   if (actions.empty() && !diagnosis.ambiguous_set.empty()) {

@@ -14,8 +14,11 @@ namespace thermotwin::diagnosis {
 /// there in proportion to coolant.main.on."
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model);
 
+/// "dx@1 and dx@2 changed suddenly by -3.4 +- 0.2 um at 10.29 h of the record"
+std::string in_words(const StepsSeen& seen);
+
 /// Actions for the named causes and for causes of kind other_law in the ambiguous set. If something unknown leads, an
-/// action for it comes first. If there is none of these: the action for the most probable cause of the ambiguous set.
+/// action for it comes first; steps beside causes come last. If there is none of these: the action for the most probable cause of the ambiguous set.
 /// Empty: nothing to do.
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
 

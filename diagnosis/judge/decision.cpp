@@ -27,6 +27,7 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double most_times_expected = 3.0;  ///< RMS of a channel without a cause where there is no discrepancy
 constexpr double certain = 2.0;              ///< of its own standard deviations that a size has to be off
+constexpr double near_bound = 0.01;          ///< of a bound, that an estimate is at it
 constexpr double within_nominal = 3.0;       ///< stated standard deviations that are no discrepancy
 constexpr double likely =
     0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
@@ -351,6 +352,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     share_among_laws(problem, found, out);
   else if (found.probability_none > none_left && !no_cause_left && causes.front().probability >= likely)
     share_with_none(problem, causes.front(), found, out);
+  else if (found.probability_none > none_left && unknown_likely)
+    share_with_none(problem, something_unknown(found), found, out);
   else if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
     out.verdict = share_with_stretched(problem, causes, found, out) ? Verdict::ambiguous : Verdict::no_discrepancy;
   else if (no_cause_left && !unknown_likely)
@@ -406,6 +409,17 @@ void leave_open(const std::string& reason, Diagnosis& out) {
   out.causes.resize(1);
 }
 
+StepsSeen steps_seen(const Problem& problem, const SearchResult& found) {
+  StepsSeen seen;
+  if (found.probability_unknown < likely) return seen;
+  const bool beside = found.probability_leftover > 0.5 * found.probability_unknown;
+  const ReadingSteps& steps = beside ? found.beside_steps : found.unknown_steps;
+  for (const std::size_t k : steps.channels) seen.channels.push_back(problem.observations.channels[k].channel.id);
+  if (!seen.channels.empty()) seen.unit = problem.observations.channels[steps.channels.front()].channel.unit;
+  seen.steps = steps.steps;
+  return seen;
+}
+
 void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   out.ranking.clear();
   rank(problem, found, out);
@@ -419,6 +433,15 @@ std::string uncertain_size(const Diagnosis& d) {
     return fmt::format("the {} of {} deviates by {}{} from nominal, less than two of its standard deviations of {}{}",
                        cause.parameter.name, name_of(cause.parameter), core::plain_number(off, 3), unit,
                        core::plain_number(cause.std, 2), unit);
+  }
+  return "";
+}
+
+std::string at_bound(const Diagnosis& d) {
+  for (const RankedCause& cause : d.causes) {
+    const Parameter& p = cause.parameter;
+    if (!p.ratio || cause.value < p.high - near_bound * p.high) continue;
+    return fmt::format("the {} of {} is the largest that is looked for, {:.3g}", p.name, name_of(p), p.high);
   }
   return "";
 }

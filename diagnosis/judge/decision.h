@@ -18,6 +18,9 @@ inline constexpr double sure = 0.9;     ///< marginal probability that names a c
 /// set.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
+/// @return the steps in readings that describe something unknown best, where it has 0.5 or more; else none
+StepsSeen steps_seen(const Problem& problem, const SearchResult& found);
+
 /// Changes an explained verdict to ambiguous, with an unknown cause in the set, if the whole record strains the
 /// explanation: a size that varies, or another parameter that deviates, by more than expected. Where it is the size of
 /// a single source or joint, `other_law` of it is in the set too.
@@ -33,6 +36,9 @@ void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out
 /// @return why a named cause does not explain: its estimate is nearer to nominal than two of its own standard
 ///   deviations; empty: none is
 std::string uncertain_size(const Diagnosis& diagnosis);
+
+/// @return why a named cause does not explain: its estimate is the largest value that is looked for; empty: none is
+std::string at_bound(const Diagnosis& diagnosis);
 
 /// @return whether an estimate deviates from nominal by more than three stated standard deviations and by more than two
 ///   of its own, or belongs to a missing source with strong evidence

@@ -8,6 +8,7 @@
 
 #include "core/table.h"
 #include "diagnosis/causes/hypothesis.h"
+#include "diagnosis/inference/reading_steps.h"
 #include "diagnosis/judge/verdict.h"
 
 namespace thermotwin::diagnosis {
@@ -55,6 +56,13 @@ struct NextMeasurement {
   std::vector<std::string> outcomes;  ///< what each cause foretells of the channel, one sentence each
 };
 
+/// Steps in readings that no kind of cause describes.
+struct StepsSeen {
+  std::vector<std::string> channels;  ///< that have these steps, all of the same size
+  std::string unit;                   ///< of their sizes
+  std::vector<ReadingStep> steps;     ///< in the order of time; empty: there are none
+};
+
 /// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a
 /// ratio in shares of the nominal value.
 struct Detectable {
@@ -89,7 +97,9 @@ struct Diagnosis {
   std::vector<RankedCause> ambiguous_set;
   std::vector<ChannelResidual> residuals;
   std::vector<ResidualAnalysis> analysis;
-  std::vector<Detectable> detectable;  ///< a row a kind; empty without a machine
+  StepsSeen steps;                      ///< where they describe best what is unknown
+  std::vector<std::string> unknown_in;  ///< channels that something unknown is in alone; empty: others as well
+  std::vector<Detectable> detectable;   ///< a row a kind; empty without a machine
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
   double effect_fitted_um = 0, effect_heldout_um = 0;  ///< RMS of what the causes change in the displacements

@@ -149,7 +149,7 @@ double heldout_explained_percent(const Problem& problem, const VectorXd& predict
   return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
 }
 
-double heldout_misfit(const Problem& problem, const Hypothesis& h, int unknown_channel) {
+double heldout_misfit(const Problem& problem, const Hypothesis& h, const std::vector<std::size_t>& unknown_channels) {
   const bool readings_only = std::all_of(h.members.begin(), h.members.end(),
                                          [&](int i) { return acts_on_readings(problem.parameters[i].kind); });
   const auto counts = [&](const ObservedChannel& channel) {
@@ -159,7 +159,8 @@ double heldout_misfit(const Problem& problem, const Hypothesis& h, int unknown_c
   double before = 0.0, after = 0.0, change = 0.0, change_fitted = 0.0, heldout = 0.0, fitted = 0.0;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const ObservedChannel& channel = problem.observations.channels[k];
-    if (!counts(channel) || std::cmp_equal(k, unknown_channel)) continue;
+    if (!counts(channel) || std::find(unknown_channels.begin(), unknown_channels.end(), k) != unknown_channels.end())
+      continue;
     const Index first = problem.first_row(k), n = channel.size(), late = n - channel.fitted;
     const Eigen::ArrayXd weight = problem.expected_std.segment(first, n).array().inverse();
     const Eigen::ArrayXd off = (problem.measured - problem.predicted).segment(first, n).array() * weight;

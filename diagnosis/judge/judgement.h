@@ -14,9 +14,9 @@ double heldout_explained_percent(const Problem& problem, const Eigen::VectorXd& 
 
 /// By how many nats a cause that stands beside something unknown is wrong, as held-out data say: if the correction
 /// removes a share s of their residual's mean square, what is left is worth (1 - s) / s of what the cause gained.
-/// @param h  refined   @param unknown_channel  that something unknown is in alone, which says nothing here; -1: several
+/// @param h  refined   @param unknown_channels  those that something unknown is in alone, which say nothing here
 /// @return 0 if these data hardly show what it changes
-double heldout_misfit(const Problem& problem, const Hypothesis& h, int unknown_channel);
+double heldout_misfit(const Problem& problem, const Hypothesis& h, const std::vector<std::size_t>& unknown_channels);
 
 /// Fills residuals, series and the gain. @param best  hypothesis with its prediction
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <span>
 #include <string>
@@ -43,13 +45,17 @@ struct ObservedChannel {
   std::string device() const {
     return (record_name.empty() ? "" : record_name + "/") + (is_temperature() ? "temperature" : "displacement");
   }
+  /// All displacements of its quantity, such as "displacement.dx"; of a temperature its device.
+  std::string alike() const { return is_temperature() ? device() : device() + "." + channel.quantity; }
   /// Without the name of its record.
   std::string plain(const std::string& id) const {
     return record_name.empty() ? id : id.substr(record_name.size() + 1);
   }
-  /// Whether the id is that of the channel or of its device, in its record or in all of them.
+  /// Whether the id is that of the channel, of its device or of its quantity, in its record or in all of them.
   bool is_called(const std::string& id) const {
-    return id == channel.id || id == device() || id == plain(channel.id) || id == plain(device());
+    const std::string names[] = {channel.id, device(), alike()};
+    return std::any_of(std::begin(names), std::end(names),
+                       [&](const std::string& name) { return id == name || id == plain(name); });
   }
   Eigen::Index size() const { return value.size(); }
   /// @param at_points  (points x m)  @return (n x m)

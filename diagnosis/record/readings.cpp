@@ -61,10 +61,10 @@ VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, c
   return seen;
 }
 
-VectorXd recorded(const mesh::Machine& machine, const std::string& channel, const std::string& group,
+VectorXd recorded(const mesh::Machine& machine, const std::function<bool(const std::string&)>& is_called,
                   const VectorXd& time, VectorXd values) {
   for (const mesh::ReadingSpec& reading : machine.readings) {
-    if (reading.id != channel && reading.id != group) continue;
+    if (!is_called(reading.id)) continue;
     values = shifted(time, values, reading.shift);
     values.array() += reading.offset;
     if (reading.drift != 0.0) values.array() += reading.drift * (time.array() - time[0]);

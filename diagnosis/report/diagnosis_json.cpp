@@ -74,6 +74,14 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   json["verdict"] = name_of(diagnosis.verdict);
   json["sentence"] = diagnosis.sentence;
   json["actions"] = diagnosis.actions;
+  json["reading_steps"] = Json::array();
+  for (const ReadingStep& step : diagnosis.steps.steps) {
+    json["reading_steps"].push_back({{"channels", diagnosis.steps.channels},
+                                     {"at_h", step.from_s / core::units::hour},
+                                     {"size", step.size},
+                                     {"std", step.std},
+                                     {"unit", diagnosis.steps.unit}});
+  }
   json["causes"] = Json::array();
   for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
   json["ranking"] = Json::array();

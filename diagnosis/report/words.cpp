@@ -18,6 +18,7 @@
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/action.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
@@ -189,6 +190,7 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
            "report.html shows in which channels and when the residual exceeds its expected size." +
+           (d.steps.steps.empty() ? "" : " Steps describe it best: " + in_words(d.steps) + ".") +
            (d.nearest.empty() ? ""
                               : " Of the listed causes, " + d.nearest + " comes nearest, but does not explain it.");
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front())) {
@@ -352,9 +354,12 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
         name_of(problem.parameters[stretch.which]), std::abs(stretch.deviations), stretch.squares,
         stretch.squares_mean));
   }
-  if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0) {
-    d.notes.push_back("The unexplained residual is concentrated in one channel alone: " +
-                      obs.channels[found.unknown_channel].channel.id + ".");
+  if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && !found.unknown_channels.empty()) {
+    std::vector<std::string> names;
+    for (const std::size_t k : found.unknown_channels) names.push_back(obs.channels[k].channel.id);
+    d.notes.push_back("The unexplained residual is concentrated in " +
+                      std::string(names.size() == 1 ? "one channel alone: " : "these channels alone: ") +
+                      core::join(names) + ".");
   }
   if (!found.invisible.empty()) {
     std::vector<std::string> names;

@@ -273,12 +273,9 @@ MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states)
       const int sensor = machine.sensor_index(observed.channel.sensor);
       values = sensor_readings(machine.sensors[sensor], observations_.points, air_beside(sensor, states), values);
     }
-    values = recorded(machine, observed.channel.id, observed.device(), observations_.points, std::move(values));
-    if (!observed.record_name.empty()) {  // what holds in all records
-      values = recorded(machine, observed.plain(observed.channel.id), observed.plain(observed.device()),
-                        observations_.points, std::move(values));
-    }
-    result.col(k) = values;
+    result.col(k) = recorded(
+        machine, [&](const std::string& id) { return observed.is_called(id); }, observations_.points,
+        std::move(values));
   }
   return result;
 }

@@ -35,6 +35,15 @@ double white_noise_p_value(const Eigen::VectorXd& series, int lags) {
   return chi_square_tail(n * (n + 2.0) * q, used);
 }
 
+double log_sum_exp(const std::vector<double>& logs) {
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double value : logs) sum += std::exp(value - top);
+  return top + std::log(sum);
+}
+
+double log_mean_exp(const std::vector<double>& logs) { return log_sum_exp(logs) - std::log(1.0 * logs.size()); }
+
 double root_mean_square(const Eigen::VectorXd& values) {
   double sum = 0.0;
   Index count = 0;

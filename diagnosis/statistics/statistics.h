@@ -19,6 +19,10 @@ double f_tail(double ratio, double above, double below);
 /// @param lags  at most a quarter of the length is used
 double white_noise_p_value(const Eigen::VectorXd& series, int lags = 10);
 
+/// Logarithm of the sum, and of the mean, of exp(logs), of at least one.
+double log_sum_exp(const std::vector<double>& logs);
+double log_mean_exp(const std::vector<double>& logs);
+
 double root_mean_square(const Eigen::VectorXd& values);  ///< of the finite ones; 0 if there is none
 
 double spread_of(const Eigen::VectorXd& values);  ///< standard deviation of the finite ones; 0 of fewer than two

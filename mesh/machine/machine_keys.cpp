@@ -237,15 +237,18 @@ const KeyTable sensor{
         key::number("uncertainty_K", "K", positive, 0.05, "One standard deviation of a reading."),
     }};
 
-const KeyTable reading{"reading",
-                       "Error of a recorded channel, as a diagnosis finds it.",
-                       {
-                           key::text("id", required, "The channel's name in channels.toml."),
-                           key::number("drift_1_h", "1/h", {-1e4, 1e4}, 0.0, "Drift, in the channel's unit per hour."),
-                           key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "Delay of the record."),
-                           key::number("offset", "1", {-1e4, 1e4}, 0.0,
-                                       "Offset in the channel's unit; that of a guide sensor affects the record only."),
-                       }};
+const KeyTable reading{
+    "reading",
+    "Error of a recorded channel, as a diagnosis finds it.",
+    {
+        key::text("id", required,
+                  "The channel's name in channels.toml; or `temperature` or `displacement` for all of them, "
+                  "`displacement.dx` for all of a quantity."),
+        key::number("drift_1_h", "1/h", {-1e4, 1e4}, 0.0, "Drift, in the channel's unit per hour."),
+        key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "Delay of the record."),
+        key::number("offset", "1", {-1e4, 1e4}, 0.0,
+                    "Offset in the channel's unit; that of a guide sensor affects the record only."),
+    }};
 
 const KeyTable tcp{
     "tcp",

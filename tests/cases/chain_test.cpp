@@ -101,7 +101,8 @@ TEST(WholeChain, DiagnosisHasItsSchema) {
   const json d = parsed(toy_run() / "diagnosis/diagnosis.json");
   expect_keys(d,
               {"schema", "verdict", "sentence", "actions", "causes", "ranking", "explanations", "ambiguous_set",
-               "residual", "gain", "detectability", "next_measurement", "extended_machine", "warnings", "notes"},
+               "reading_steps", "residual", "gain", "detectability", "next_measurement", "extended_machine", "warnings",
+               "notes"},
               "top");
   EXPECT_FALSE(d["sentence"].get<std::string>().empty());
   for (const char* key : {"actions", "warnings", "notes"}) {

@@ -30,9 +30,10 @@ TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
     for (const auto& item : object.items()) result.insert(item.key());
     return result;
   };
-  EXPECT_EQ(keys(json), (std::set<std::string>{"schema", "verdict", "sentence", "actions", "causes", "ranking",
-                                               "ambiguous_set", "explanations", "residual", "detectability", "gain",
-                                               "next_measurement", "extended_machine", "warnings", "notes"}));
+  EXPECT_EQ(keys(json),
+            (std::set<std::string>{"schema", "verdict", "sentence", "actions", "causes", "ranking", "ambiguous_set",
+                                   "explanations", "reading_steps", "residual", "detectability", "gain",
+                                   "next_measurement", "extended_machine", "warnings", "notes"}));
   EXPECT_EQ(json["sentence"], d.sentence);
   EXPECT_EQ(json["warnings"], nlohmann::json(d.warnings));
   EXPECT_EQ(json["notes"], nlohmann::json(d.notes));

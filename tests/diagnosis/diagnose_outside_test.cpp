@@ -3,6 +3,9 @@
 // best, no name of it is sure.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "compensation/measurement/measurement.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/diagnose.h"
@@ -28,6 +31,16 @@ compensation::Measurement measured(const std::string& machine_text, std::uint64_
       {.sensor_noise_K = 0.03, .probe_noise_um = 0.2, .seed = seed, .mesh_cache = {}});
 }
 
+compensation::Measurement with_added(compensation::Measurement record, const std::string& quantity,
+                                     const std::function<double(double)>& added_at_h) {
+  for (const compensation::MeasuredChannel& channel : record.channels) {
+    if (channel.quantity != quantity && channel.id != quantity) continue;
+    for (Eigen::Index i = 0; i < record.data.values.rows(); ++i)
+      record.data.values(i, channel.column) += added_at_h(record.data.values(i, 0) / 3600.0);
+  }
+  return record;
+}
+
 void expect_nothing_sure(const Diagnosis& d) {
   SCOPED_TRACE(d.sentence);
   EXPECT_TRUE(d.verdict == diagnosis::Verdict::ambiguous || d.verdict == diagnosis::Verdict::unexplained);
@@ -38,7 +51,6 @@ void expect_nothing_sure(const Diagnosis& d) {
     }
   }
   ASSERT_FALSE(d.actions.empty());
-  EXPECT_NE(d.actions.front().find("no known kind of cause explains it"), std::string::npos) << d.actions.front();
 }
 
 /// Cast iron at 46 W/mK, and something that hardly conducts.
@@ -49,20 +61,74 @@ TEST(DiagnoseOutside, AConductivityIsNoCapacityForSure) {
                           "[[material]]\nid = \"other\"\ndensity_kg_m3 = 7200\nspecific_heat_J_kgK = 500\n"
                           "conductivity_W_mK = 12\nexpansion_1_K = 11e-6\nyoung_GPa = 120\npoisson = 0.26\n"
                           "[[body]]\nid = \"bed\"");
-  expect_nothing_sure(diagnosis::diagnose(meshed::reduced(), measured(text, 13), {}));
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(), measured(text, 13), {});
+  expect_nothing_sure(d);
+  EXPECT_NE(d.actions.front().find("no known kind of cause explains it"), std::string::npos) << d.actions.front();
+}
+
+struct Step {
+  double at_h, size;
+};
+
+void expect_steps(const Diagnosis& d, const std::vector<std::string>& channels, const std::vector<Step>& steps,
+                  double near) {
+  EXPECT_EQ(d.steps.channels, channels);
+  ASSERT_EQ(d.steps.steps.size(), steps.size());
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    EXPECT_NEAR(d.steps.steps[k].from_s / 3600.0, steps[k].at_h, 0.1);
+    EXPECT_NEAR(d.steps.steps[k].size, steps[k].size, near);
+    EXPECT_LT(d.steps.steps[k].std, near);
+  }
 }
 
 /// All displacements in one direction jump at 4 h and half back at 8 h.
 TEST(DiagnoseOutside, AToolThatSlipsIsNoScaleForSure) {
-  compensation::Measurement slipped = measured(meshed::machine_text(), 14);
-  for (const compensation::MeasuredChannel& channel : slipped.channels) {
-    if (channel.quantity != "dz") continue;
-    for (Eigen::Index i = 0; i < slipped.data.values.rows(); ++i) {
-      const double hour = slipped.data.values(i, 0) / 3600.0;
-      slipped.data.values(i, channel.column) += hour > 8.0 ? 6.0 : hour > 4.0 ? 12.0 : 0.0;
-    }
-  }
-  expect_nothing_sure(diagnosis::diagnose(meshed::reduced(), slipped, {}));
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(),
+                                          with_added(measured(meshed::machine_text(), 14), "dz",
+                                                     [](double hour) {
+                                                       return hour > 8.0 ? 6.0 : hour > 4.0 ? 12.0 : 0.0;
+                                                     }),
+                                          {});
+  expect_nothing_sure(d);
+  expect_steps(d, {"dz@1", "dz@2", "dz@3"}, {{4.0, 12.0}, {8.0, -6.0}}, 1.0);
+  EXPECT_NE(d.actions.front().find("dz@1 and dz@2 and dz@3 changed suddenly by"), std::string::npos)
+      << d.actions.front();
+}
+
+/// A scale that slips by 5 um.
+TEST(DiagnoseOutside, ASmallSlipIsNoHeatSource) {
+  const Diagnosis d = diagnosis::diagnose(
+      meshed::reduced(),
+      with_added(measured(meshed::machine_text(), 15), "dx", [](double hour) { return hour > 5.0 ? 5.0 : 0.0; }), {});
+  expect_nothing_sure(d);
+  expect_steps(d, {"dx@1", "dx@2", "dx@3"}, {{5.0, 5.0}}, 0.5);
+}
+
+TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
+  const compensation::Measurement clean = measured(meshed::machine_text(), 16);
+  const auto sensor = std::find_if(clean.channels.begin(), clean.channels.end(), [](const auto& channel) {
+    return channel.kind == compensation::ChannelKind::temperature && channel.input.empty();
+  });
+  ASSERT_NE(sensor, clean.channels.end());
+  const Diagnosis d = diagnosis::diagnose(
+      meshed::reduced(), with_added(clean, sensor->id, [](double hour) { return hour > 5.0 ? 1.0 : 0.0; }), {});
+  expect_nothing_sure(d);
+  expect_steps(d, {sensor->id}, {{5.0, 1.0}}, 0.2);
+  EXPECT_NE(d.actions.front().find("a sensor or its cable that was touched"), std::string::npos) << d.actions.front();
+}
+
+/// A wheel that wears: no expansion of a scale.
+TEST(DiagnoseOutside, ADriftOfAllDisplacementsOfAQuantityIsOneCause) {
+  const Diagnosis d = diagnosis::diagnose(
+      meshed::reduced(), with_added(measured(meshed::machine_text(), 17), "dz", [](double hour) { return 1.5 * hour; }),
+      {});
+  SCOPED_TRACE(d.sentence);
+  ASSERT_FALSE(d.causes.empty());
+  EXPECT_EQ(name_of(d.causes.front().parameter), "probe_drift of displacement.dz");
+  EXPECT_NEAR(d.causes.front().value, 1.5, 3.0 * d.causes.front().std);
+  ASSERT_FALSE(d.actions.empty());
+  EXPECT_NE(d.actions.front().find("creep or wear: all displacements dz drift by"), std::string::npos)
+      << d.actions.front();
 }
 
 }  // namespace

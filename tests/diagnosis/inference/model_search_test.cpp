@@ -82,7 +82,7 @@ TEST(ModelSearch, BesideSomethingUnknownWhatACauseGainsCountsByWhatItLeaves) {
 TEST(ModelSearch, AChannelThatIsOffAloneLeavesWhatTheOthersSay) {
   diagnosis::SearchResult one = shared(300.0, 200.0, 299.0, 200.0);
   ASSERT_LT(one.marginal[0], 0.3) << "several channels";
-  one.beside_channel = 3;
+  one.beside_channels = {3};
   diagnosis::share_probability(one);
   EXPECT_DOUBLE_EQ(one.misfit, 0.0);
   EXPECT_GT(one.marginal[0], 0.99);

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/inference/reading_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/thread_pool.h"
+#include "diagnosis/statistics/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int most_together = 3;
+constexpr Index fewest_means = 3;                      ///< on either side of a step
+constexpr double within[] = {0.0, 0.25, 0.5, 0.75};  ///< an interval, where a step may come
+
+using Scope = std::vector<std::size_t>;
+
+/// Single channels, then the displacements of one quantity of a record, and no channel of an arrangement.
+std::vector<Scope> scopes_of(const Problem& problem) {
+  std::set<std::size_t> arranged;
+  for (const PointTest& test : problem.tests) arranged.insert(test.channels.begin(), test.channels.end());
+  std::vector<Scope> scopes;
+  std::map<std::pair<int, std::string>, Scope> alike;
+  const auto& channels = problem.observations.channels;
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    if (arranged.count(k) != 0 || channels[k].fitted < 4 * fewest_means) continue;
+    scopes.push_back({k});
+    if (channels[k].is_temperature()) continue;
+    alike[{channels[k].record, channels[k].channel.quantity}].push_back(k);
+  }
+  for (auto& [quantity, scope] : alike)
+    if (scope.size() > 1) scopes.push_back(std::move(scope));
+  return scopes;
+}
+
+/// A step that comes a share of an interval after the beginning of it: the column between two of the intervals' ones.
+struct Place {
+  Index column = 0;
+  double share = 0;
+};
+
+/// What is left of the normal equations of steps at every interval of a scope once all other columns are solved for.
+struct Steps {
+  std::vector<Index> interval;  ///< (columns) with which a step begins
+  MatrixXd gram;                ///< (columns x columns)
+  VectorXd right;               ///< (columns)
+
+  VectorXd times(const Place& at) const {
+    if (at.share == 0.0) return gram.col(at.column);
+    return (1.0 - at.share) * gram.col(at.column) + at.share * gram.col(at.column + 1);
+  }
+  static double at(const VectorXd& values, const Place& place) {
+    const double first = values[place.column];
+    return place.share == 0.0 ? first : (1.0 - place.share) * first + place.share * values[place.column + 1];
+  }
+  double square(const Place& place) const { return at(times(place), place); }
+};
+
+Steps steps_of(const Problem& problem, const BesideSteps& beside, const Scope& scope) {
+  const ObservedChannel& leading = problem.observations.channels[scope.front()];
+  Steps steps;
+  steps.interval.assign(leading.interval.begin() + fewest_means, leading.interval.begin() + leading.fitted - fewest_means);
+  const Index count = std::ssize(steps.interval);
+  steps.gram = MatrixXd::Zero(count, count);
+  steps.right = VectorXd::Zero(count);
+  MatrixXd with_others = MatrixXd::Zero(beside.columns.cols(), count);
+  for (const std::size_t k : scope) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    const Index first = problem.first_row(k), n = channel.fitted;
+    const Whitener whitener({beside.covariance[k]});
+    const MatrixXd white = whitener.whiten(MatrixXd::NullaryExpr(n, count, [&](Index i, Index j) {
+      const std::size_t mean = i, step = j;
+      return channel.interval[mean] >= steps.interval[step] ? 1.0 : 0.0;
+    }));
+    const VectorXd residual = whitener.whiten(beside.residual.segment(first, n));
+    steps.gram += white.transpose() * white;
+    steps.right += white.transpose() * residual;
+    with_others += whitener.whiten(beside.columns.middleRows(first, n)).transpose() * white;
+  }
+  steps.gram -= with_others.transpose() * beside.precision.solve(with_others);
+  steps.right -= with_others.transpose() * beside.mean;
+  return steps;
+}
+
+/// Steps found one after another with one prior standard deviation.
+struct Found {
+  std::vector<Place> places;
+  double log_evidence = 0;  ///< mean over the time of the last one
+};
+
+/// The next step beside those that are in the equations. @return ln mean Bayes factor over its times
+double add_step(Steps& steps, double std, Found& found, double& log_of_places) {
+  const double precision = 1.0 / (std * std);
+  std::vector<double> logs;
+  Place best;
+  double most = 0.0;
+  for (Index j = 0; j < steps.right.size(); ++j) {
+    for (const double share : within) {
+      if (share > 0.0 && j + 1 == steps.right.size()) continue;
+      const Place place{j, share};
+      const double told = steps.square(place), toward = Steps::at(steps.right, place);
+      logs.push_back(0.5 * toward * toward / (precision + told) - 0.5 * std::log1p(told / precision));
+      if (logs.size() == 1 || logs.back() > most) most = logs.back(), best = place;
+    }
+  }
+  const double mean = log_mean_exp(logs);
+  found.places.push_back(best);
+  found.log_evidence = log_of_places + mean;
+  log_of_places += most - std::log(1.0 * logs.size());
+  const VectorXd along = steps.times(best);
+  const double all = precision + Steps::at(along, best);
+  steps.right -= along * (Steps::at(steps.right, best) / all);
+  steps.gram -= along * along.transpose() / all;
+  return mean;
+}
+
+/// Sizes of steps that are there together.
+std::vector<ReadingStep> sizes_of(const Problem& problem, const Steps& steps, const std::vector<Place>& places,
+                                       double std, const ObservedChannel& channel) {
+  const Index count = std::ssize(places);
+  MatrixXd precision = MatrixXd::Identity(count, count) / (std * std);
+  VectorXd right(count);
+  for (Index a = 0; a < count; ++a) {
+    const std::size_t one = a;
+    const VectorXd along = steps.times(places[one]);
+    right[a] = Steps::at(steps.right, places[one]);
+    for (Index b = 0; b < count; ++b) precision(a, b) += Steps::at(along, places[static_cast<std::size_t>(b)]);
+  }
+  const double offset_s = problem.observations.each()[channel.record].offset.time;
+  const MatrixXd covariance = precision.llt().solve(MatrixXd::Identity(count, count));
+  const VectorXd size = covariance * right;
+  const auto mean_at = [&](Index column) {  // index of the first mean with a step there
+    const std::size_t step = column;
+    return std::lower_bound(channel.interval.begin(), channel.interval.end(), steps.interval[step]) -
+           channel.interval.begin();
+  };
+  std::vector<ReadingStep> found;
+  for (Index a = 0; a < count; ++a) {
+    const std::size_t one = a;
+    const Index first = mean_at(places[one].column), next = std::min<Index>(first + 1, channel.size() - 1);
+    // Between the samples of the mean before and those of the first one with the step, or within these.
+    const double between = 0.5 * (channel.time[first - 1] + channel.time[first]),
+                 after = places[one].share * (channel.time[next] - channel.time[first]);
+    found.push_back({between + after - offset_s, size[a], std::sqrt(covariance(a, a))});
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.from_s < b.from_s; });
+  return found;
+}
+
+ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const Scope& scope, double seen,
+                             const std::vector<double>& levels) {
+  const Steps steps = steps_of(problem, beside, scope);
+  std::vector<double> logs;
+  Found best;
+  double best_std = 0.0;
+  for (const double level : levels) {
+    const double std = level * seen;
+    if (!(std > 0.0)) continue;
+    Steps left = steps;
+    Found found;
+    double log_of_places = 0.0;
+    for (int count = 0; count < most_together; ++count) {
+      add_step(left, std, found, log_of_places);
+      logs.push_back(found.log_evidence);
+      if (logs.size() == 1 || found.log_evidence > best.log_evidence) best = found, best_std = std;
+    }
+  }
+  ReadingSteps result;
+  result.channels = scope;
+  if (logs.empty()) return result;
+  result.log_evidence = log_mean_exp(logs);
+  result.steps =
+      sizes_of(problem, steps, best.places, best_std, problem.observations.channels[scope.front()]);
+  return result;
+}
+
+}  // namespace
+
+std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const BesideSteps& beside,
+                                                       const VectorXd& seen, const std::vector<double>& levels) {
+  const std::vector<Scope> scopes = scopes_of(problem);
+  std::vector<ReadingSteps> found(scopes.size());
+  core::parallel_for(0, scopes.size(), [&](std::size_t i) {
+    double mean = 0.0;
+    for (const std::size_t k : scopes[i]) mean += seen[static_cast<Index>(k)] / scopes[i].size();
+    found[i] = best_steps(problem, beside, scopes[i], mean, levels);
+  });
+  return found;
+}
+
+}  // namespace thermotwin::diagnosis
