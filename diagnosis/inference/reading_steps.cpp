@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int most_together = 3;
-constexpr Index fewest_means = 3;                      ///< on either side of a step
+constexpr Index fewest_means = 3;                    ///< on either side of a step
 constexpr double within[] = {0.0, 0.25, 0.5, 0.75};  ///< an interval, where a step may come
 
 using Scope = std::vector<std::size_t>;
@@ -68,7 +68,8 @@ struct Steps {
 Steps steps_of(const Problem& problem, const BesideSteps& beside, const Scope& scope) {
   const ObservedChannel& leading = problem.observations.channels[scope.front()];
   Steps steps;
-  steps.interval.assign(leading.interval.begin() + fewest_means, leading.interval.begin() + leading.fitted - fewest_means);
+  steps.interval.assign(leading.interval.begin() + fewest_means,
+                        leading.interval.begin() + leading.fitted - fewest_means);
   const Index count = std::ssize(steps.interval);
   steps.gram = MatrixXd::Zero(count, count);
   steps.right = VectorXd::Zero(count);
@@ -125,7 +126,7 @@ double add_step(Steps& steps, double std, Found& found, double& log_of_places) {
 
 /// Sizes of steps that are there together.
 std::vector<ReadingStep> sizes_of(const Problem& problem, const Steps& steps, const std::vector<Place>& places,
-                                       double std, const ObservedChannel& channel) {
+                                  double std, const ObservedChannel& channel) {
   const Index count = std::ssize(places);
   MatrixXd precision = MatrixXd::Identity(count, count) / (std * std);
   VectorXd right(count);
@@ -157,7 +158,7 @@ std::vector<ReadingStep> sizes_of(const Problem& problem, const Steps& steps, co
 }
 
 ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const Scope& scope, double seen,
-                             const std::vector<double>& levels) {
+                        const std::vector<double>& levels) {
   const Steps steps = steps_of(problem, beside, scope);
   std::vector<double> logs;
   Found best;
@@ -178,15 +179,14 @@ ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const
   result.channels = scope;
   if (logs.empty()) return result;
   result.log_evidence = log_mean_exp(logs);
-  result.steps =
-      sizes_of(problem, steps, best.places, best_std, problem.observations.channels[scope.front()]);
+  result.steps = sizes_of(problem, steps, best.places, best_std, problem.observations.channels[scope.front()]);
   return result;
 }
 
 }  // namespace
 
-std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const BesideSteps& beside,
-                                                       const VectorXd& seen, const std::vector<double>& levels) {
+std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const BesideSteps& beside, const VectorXd& seen,
+                                             const std::vector<double>& levels) {
   const std::vector<Scope> scopes = scopes_of(problem);
   std::vector<ReadingSteps> found(scopes.size());
   core::parallel_for(0, scopes.size(), [&](std::size_t i) {

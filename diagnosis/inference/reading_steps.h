@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Steps in readings at unknown times that nothing else goes with: a scale that slips, a tool or wheel that is changed, a
-// probe or sensor that is touched. No kind of cause describes them. One channel has the steps, or all displacements of
-// one quantity of a record have the same ones.
+// Steps in readings at unknown times that nothing else goes with: a scale that slips, a tool or wheel that is changed,
+// a probe or sensor that is touched. No kind of cause describes them. One channel has the steps, or all displacements
+// of one quantity of a record have the same ones.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ struct ReadingStep {
 
 /// The steps that describe a residual best in some channels.
 struct ReadingSteps {
-  std::vector<std::size_t> channels;    ///< with these steps
-  std::vector<ReadingStep> steps;  ///< in the order of time, at most three
+  std::vector<std::size_t> channels;  ///< with these steps
+  std::vector<ReadingStep> steps;     ///< in the order of time, at most three
   double log_evidence = 0;  ///< ln Bayes factor against no step, a mean over times, sizes and numbers of steps
 };
 
@@ -39,6 +39,6 @@ struct BesideSteps {
 /// @return for each channel, and for all displacements of one quantity of a record where there are several; none for
 ///   channels of an arrangement
 std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const BesideSteps& beside,
-                                                       const Eigen::VectorXd& seen, const std::vector<double>& levels);
+                                             const Eigen::VectorXd& seen, const std::vector<double>& levels);
 
 }  // namespace thermotwin::diagnosis

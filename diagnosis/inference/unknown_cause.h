@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A difference that no kind describes: something that wanders, in one channel, in all of one sort or in all, or steps in
-// readings; alone or beside causes. Its size, memory and times are not known: the evidence is a mean over some.
+// A difference that no kind describes: something that wanders, in one channel, in all of one sort or in all, or steps
+// in readings; alone or beside causes. Its size, memory and times are not known: the evidence is a mean over some.
 
 #include <Eigen/Core>
 

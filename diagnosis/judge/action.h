@@ -18,8 +18,8 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
 std::string in_words(const StepsSeen& seen);
 
 /// Actions for the named causes and for causes of kind other_law in the ambiguous set. If something unknown leads, an
-/// action for it comes first; steps beside causes come last. If there is none of these: the action for the most probable cause of the ambiguous set.
-/// Empty: nothing to do.
+/// action for it comes first; steps beside causes come last. If there is none of these: the action for the most
+/// probable cause of the ambiguous set. Empty: nothing to do.
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
 
 }  // namespace thermotwin::diagnosis

@@ -25,8 +25,8 @@ Eigen::VectorXd without_noise(const Eigen::VectorXd& values);
 Eigen::VectorXd sensor_readings(const mesh::SensorSpec& sensor, const Eigen::VectorXd& time, const Eigen::VectorXd& air,
                                 const Eigen::VectorXd& values);
 
-/// Values with the errors of the machine's readings. @param is_called  whether a reading's id is that of the channel, of
-/// its device with a clock of its own, or of its quantity
+/// Values with the errors of the machine's readings.
+/// @param is_called  whether a reading's id is that of the channel, of its device with a clock, or of its quantity
 Eigen::VectorXd recorded(const mesh::Machine& machine, const std::function<bool(const std::string&)>& is_called,
                          const Eigen::VectorXd& time, Eigen::VectorXd values);
 

@@ -39,6 +39,18 @@ TEST(ChangingSize, ReLubricationIsAStepWithItsTime) {
               1e-6);
 }
 
+/// The spindle stands from 18 to 21 h: no data tell when in it the step came.
+TEST(ChangingSize, AStepWhileTheSourceIsOffHasAnUncertainTime) {
+  const Diagnosis d = of_changing(
+      "motor", [](double hour) { return hour < 18.6 ? 1.0 : 2.0; }, 86);
+  ASSERT_FALSE(d.causes.empty()) << listed(d);
+  const diagnosis::Parameter& step = d.causes.front().parameter;
+  ASSERT_EQ(name_of(step), "source_step of motor") << listed(d);
+  EXPECT_GT(step.from_std_s, 0.6 * 3600.0);
+  EXPECT_LT(step.from_std_s, 2.0 * 3600.0);
+  EXPECT_NEAR(step.from_s, 18.6 * 3600.0, 3.0 * step.from_std_s);
+}
+
 TEST(ChangingSize, JumpingFrictionIsAnotherLawOfItsSource) {
   const double levels[] = {0.3, 2.6, 0.5, 3.1, 0.2, 2.2, 0.4, 2.9, 0.3, 3.5, 0.2, 2.4};
   const Diagnosis d = of_changing(

@@ -78,6 +78,24 @@ TEST(Action, AnotherLawIsRecordedOrLookedFor) {
   EXPECT_TRUE(actions[1].starts_with("Check foot for loss of preload and hysteresis")) << actions[1];
 }
 
+/// The reading that something unknown is in alone, not the one that is furthest off; what happened, where it steps.
+TEST(Action, SomethingUnknownIsLookedForWhereItIs) {
+  diagnosis::Diagnosis d;
+  d.verdict = diagnosis::Verdict::unexplained;
+  d.analysis.resize(2);
+  d.analysis[0].id = "T8", d.analysis[0].ratio = 0.9;
+  d.analysis[1].id = "dz@1", d.analysis[1].ratio = 0.7;
+  EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column()).at(0).find("Begin with T8"), std::string::npos);
+  d.unknown_in = {"dz@1"};
+  EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column()).at(0).find("Begin with dz@1"), std::string::npos);
+  d.steps = {.channels = {"dz@1", "dz@2"}, .unit = "um", .steps = {{.from_s = 37044.0, .size = -3.44, .std = 0.21}}};
+  EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column())
+                .at(0)
+                .find("dz@1 and dz@2 changed suddenly by -3.44 +- 0.21 um at 10.29 h of the record"),
+            std::string::npos)
+      << diagnosis::actions_of(d, diagnosis::boxed_column()).at(0);
+}
+
 TEST(Action, FirstOfThoseThatShareWhereNoneIsNamed) {
   diagnosis::Diagnosis d;
   d.ambiguous_set = {cause(Kind::coolant_flow, "main", 0.45), cause(Kind::none, "", 0.0)};

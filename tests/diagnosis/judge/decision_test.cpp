@@ -124,6 +124,13 @@ TEST(Verdict, ACauseOfLessThanTwoOfItsDeviationsDoesNotExplain) {
   EXPECT_NE(diagnosis::sentence_of(d).find(reason), std::string::npos) << diagnosis::sentence_of(d);
 }
 
+TEST(Verdict, AnEstimateAtTheLargestValueDoesNotExplain) {
+  EXPECT_EQ(diagnosis::at_bound(decided(7.5, 0.98, 30.0, {})), "");
+  const std::string reason = diagnosis::at_bound(decided(8.0, 0.98, 30.0, {}));
+  EXPECT_NE(reason.find("the factor of source_power of motor is the largest that is looked for, 8"), std::string::npos)
+      << reason;
+}
+
 TEST(Verdict, ExplanationsAddToOneAndAPairIsOneOfThem) {
   const Diagnosis d =
       decided(1.5, 0.95, 30.0, {.value = 1.5, .probability = 0.21, .pair = 0.2, .unknown = 0.01, .none = 0.03});
@@ -179,6 +186,10 @@ TEST(Verdict, ALikelyCauseBesideALikelyNoneIsAmbiguous) {
   EXPECT_DOUBLE_EQ(both.ambiguous_set[1].probability, 0.25);
   EXPECT_EQ(decided(1.5, 0.4, 12.0, {.none = 0.55}).verdict, diagnosis::Verdict::no_discrepancy);
   EXPECT_EQ(decided(1.2, 0.7, 12.0, {.none = 0.25}).verdict, diagnosis::Verdict::no_discrepancy) << "within nominal";
+  const Diagnosis unknown = decided(1.5, 0.1, 2.0, {.unknown = 0.6, .none = 0.3});
+  EXPECT_EQ(unknown.verdict, diagnosis::Verdict::ambiguous);
+  ASSERT_EQ(unknown.ambiguous_set.size(), 2U);
+  EXPECT_EQ(unknown.ambiguous_set[0].parameter.kind, Kind::unknown);
 }
 
 TEST(Verdict, NoneThatFitsOnlyFarFromWhatIsStatedIsNoVerdict) {
