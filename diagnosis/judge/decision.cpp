@@ -227,6 +227,11 @@ bool nothing_fits(const Problem& problem, const SearchResult& found) {
   return true;
 }
 
+/// An estimate at the largest value that is looked for: what it stands for is more, or something else.
+bool is_at_bound(const RankedCause& cause) {
+  return cause.parameter.ratio && cause.value >= (1.0 - near_bound) * cause.parameter.high;
+}
+
 /// One or two causes that are sure explain; else those that share do.
 void decide_among(const Problem& problem, const std::vector<RankedCause>& causes, const SearchResult& found,
                   Diagnosis& out) {
@@ -240,7 +245,8 @@ void decide_among(const Problem& problem, const std::vector<RankedCause>& causes
     if (outside_nominal(cause)) out.causes.push_back(cause);
   }
   if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 &&
-      causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1])) {
+      causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1]) &&
+      !is_at_bound(causes[1])) {
     out.causes.push_back(causes[1]);
     ++found_sure;
   }
@@ -440,7 +446,7 @@ std::string uncertain_size(const Diagnosis& d) {
 std::string at_bound(const Diagnosis& d) {
   for (const RankedCause& cause : d.causes) {
     const Parameter& p = cause.parameter;
-    if (!p.ratio || cause.value < p.high - near_bound * p.high) continue;
+    if (!is_at_bound(cause)) continue;
     return fmt::format("the {} of {} is the largest that is looked for, {:.3g}", p.name, name_of(p), p.high);
   }
   return "";

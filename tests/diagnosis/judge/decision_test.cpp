@@ -280,6 +280,8 @@ TEST(Verdict, ASecondCauseIsNamedWhereItIsLikelyAndNoOtherOneIs) {
   EXPECT_EQ(named({.value = 1.6, .probability = 0.45, .log_evidence = 8.0, .pair = 0.46}), 1U);
   EXPECT_EQ(named({.value = 1.2, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}),
             1U);  // within its uncertainty
+  EXPECT_EQ(named({.value = 8.0, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}),
+            1U);  // the largest that is looked for
   // The first one has to be sure, and beyond its own.
   EXPECT_EQ(decided(1.6, 0.85, 300.0, {.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}).verdict,
             diagnosis::Verdict::ambiguous);
