@@ -62,7 +62,12 @@ struct Steps {
     const double first = values[place.column];
     return place.share == 0.0 ? first : (1.0 - place.share) * first + place.share * values[place.column + 1];
   }
-  double square(const Place& place) const { return at(times(place), place); }
+  double square(const Place& place) const {
+    const Index j = place.column;
+    if (place.share == 0.0) return gram(j, j);
+    const double before = 1.0 - place.share, after = place.share;
+    return before * before * gram(j, j) + 2.0 * before * after * gram(j, j + 1) + after * after * gram(j + 1, j + 1);
+  }
 };
 
 Steps steps_of(const Problem& problem, const BesideSteps& beside, const Scope& scope) {
@@ -98,8 +103,9 @@ struct Found {
   double log_evidence = 0;  ///< mean over the time of the last one
 };
 
-/// The next step beside those that are in the equations. @return ln mean Bayes factor over its times
-double add_step(Steps& steps, double std, Found& found, double& log_of_places) {
+/// The next step beside those that are in the equations.
+/// @param log_of_places  ln Bayes factor of the steps at their places, with the prior of these
+void add_step(Steps& steps, double std, Found& found, double& log_of_places) {
   const double precision = 1.0 / (std * std);
   std::vector<double> logs;
   Place best;
@@ -113,15 +119,13 @@ double add_step(Steps& steps, double std, Found& found, double& log_of_places) {
       if (logs.size() == 1 || logs.back() > most) most = logs.back(), best = place;
     }
   }
-  const double mean = log_mean_exp(logs);
   found.places.push_back(best);
-  found.log_evidence = log_of_places + mean;
+  found.log_evidence = log_of_places + log_mean_exp(logs);
   log_of_places += most - std::log(1.0 * logs.size());
   const VectorXd along = steps.times(best);
   const double all = precision + Steps::at(along, best);
   steps.right -= along * (Steps::at(steps.right, best) / all);
   steps.gram -= along * along.transpose() / all;
-  return mean;
 }
 
 /// Sizes of steps that are there together.

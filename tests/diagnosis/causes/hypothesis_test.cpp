@@ -164,7 +164,7 @@ TEST(Hypothesis, EveryKindIsOfferedOncePerItem) {
   EXPECT_EQ(kinds.count(Kind::control_sensor_offset), 1u);
   for (const Kind kind : {Kind::sensor_offset, Kind::sensor_drift, Kind::sensor_lag, Kind::sensor_detached})
     EXPECT_EQ(kinds.count(kind), 6u);
-  EXPECT_EQ(kinds.count(Kind::probe_drift), 4u);
+  EXPECT_EQ(kinds.count(Kind::probe_drift), 6u);  // four displacements, and all dx and all dz
   EXPECT_EQ(kinds.count(Kind::clock_shift), 12u);
 }
 
