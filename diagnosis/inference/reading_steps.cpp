@@ -180,8 +180,8 @@ ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const
     }
   }
   ReadingSteps result;
-  result.channels = scope;
   if (logs.empty()) return result;
+  result.channels = scope;
   result.log_evidence = log_mean_exp(logs);
   result.steps = sizes_of(problem, steps, best.places, best_std, problem.observations.channels[scope.front()]);
   return result;
@@ -198,6 +198,7 @@ std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const Besid
     for (const std::size_t k : scopes[i]) mean += seen[static_cast<Index>(k)] / scopes[i].size();
     found[i] = best_steps(problem, beside, scopes[i], mean, levels);
   });
+  std::erase_if(found, [](const ReadingSteps& one) { return one.steps.empty(); });  // channels that do not move
   return found;
 }
 

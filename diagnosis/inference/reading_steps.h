@@ -37,7 +37,7 @@ struct BesideSteps {
 /// @param seen    (channels) what there is to explain, RMS in each channel's unit
 /// @param levels  prior standard deviations of a step as shares of `seen`
 /// @return for each channel, and for all displacements of one quantity of a record where there are several; none for
-///   channels of an arrangement
+///   channels of an arrangement, nor where nothing is seen
 std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const BesideSteps& beside,
                                              const Eigen::VectorXd& seen, const std::vector<double>& levels);
 
