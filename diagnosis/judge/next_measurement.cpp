@@ -235,9 +235,28 @@ bool repeats(const Observations& plan, const Observations& record) {
   return true;
 }
 
+namespace {
+
+/// Steps that nothing explains: the same load again shows whether they belong to it.
+NextMeasurement repetition(const Problem& problem, const Diagnosis& diagnosis) {
+  NextMeasurement next;
+  next.load = "the same load as " + diagnosis.measurement;
+  next.channel = core::join(diagnosis.steps.channels, " and ");
+  next.duration_h = (problem.observations.end - problem.observations.start) / core::units::hour;
+  next.why = "it shows whether the steps belong to the load";
+  next.outcomes = {
+      "Without steps they were an event, and the new record alone shows what else differs.",
+      "Steps at the same times of the load come from the machine: look for clearance, a clamp or a switch there."};
+  return next;
+}
+
+}  // namespace
+
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
                                  const DiagnoseOptions& options) {
+  if (diagnosis.verdict == Verdict::unexplained && !diagnosis.steps.steps.empty())
+    return repetition(problem, diagnosis);
   NextMeasurement next;
   const std::vector<Rival> rivals = rivals_of(diagnosis);
   if (rivals.size() < 2) return next;

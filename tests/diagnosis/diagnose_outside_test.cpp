@@ -102,6 +102,10 @@ TEST(DiagnoseOutside, ASmallSlipIsNoHeatSource) {
       with_added(measured(meshed::machine_text(), 15), "dx", [](double hour) { return hour > 5.0 ? 5.0 : 0.0; }), {});
   expect_nothing_sure(d);
   expect_steps(d, {"dx@1", "dx@2", "dx@3"}, {{5.0, 5.0}}, 0.5);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::unexplained);
+  EXPECT_EQ(d.next.channel, "dx@1 and dx@2 and dx@3");
+  EXPECT_EQ(d.next.load.find("the same load as "), 0U) << d.next.load;
+  EXPECT_EQ(d.next.outcomes.size(), 2U);
 }
 
 TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
