@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Evidence of a linear-Gaussian model with nuisances. White residual r = A u + e, e ~ N(0, 1),
-// u ~ N(0, S), S diagonal (deviations of the parameters from nominal). By Woodbury's identity only
+// Evidence of a linear-Gaussian model with nuisance parameters. The whitened residual is r = A u + e with e ~ N(0, 1)
+// and the deviations u ~ N(0, S) of the parameters from nominal, S diagonal. By Woodbury's identity only
 // (parameters x parameters) matrices are factorised:
 //   -2 log p(r) = n log 2 pi + log det(1 + S^1/2 A^T A S^1/2) + r^T r - b^T (S^-1 + A^T A)^-1 b,
 //   b = A^T r.
@@ -31,7 +31,7 @@ public:
   /// The same data with some priors widened.
   struct Widened {
     double log_ratio = 0;       ///< log evidence minus that of the priors given
-    double chi_square = 0;      ///< what is left then, see chi_square()
+    double chi_square = 0;      ///< of the residual under these priors, see chi_square()
     Eigen::VectorXd mean, std;  ///< posterior of the widened ones, in the order asked for
   };
   /// @param which  indices of parameters, distinct   @param std  their new prior

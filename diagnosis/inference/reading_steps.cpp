@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/thread_pool.h"
+#include "core/units.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -19,8 +20,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int most_together = 3;
-constexpr Index fewest_means = 3;                    ///< on either side of a step
-constexpr double within[] = {0.0, 0.25, 0.5, 0.75};  ///< an interval, where a step may come
+constexpr Index fewest_means = 3;                            ///< on either side of a step
+constexpr double within[] = {0.0, 0.25, 0.5, 0.75};          ///< an interval, where a step may come
+constexpr double memories_h[] = {1.0, 2.0, 4.0, 8.0, 16.0};  ///< of what creeps from the beginning on
 
 using Scope = std::vector<std::size_t>;
 
@@ -42,17 +44,49 @@ std::vector<Scope> scopes_of(const Problem& problem) {
   return scopes;
 }
 
+/// What is left of the normal equations of columns that a scope's channels have in common once all other columns are
+/// solved for.
+struct Equations {
+  MatrixXd gram;   ///< (columns x columns)
+  VectorXd right;  ///< (columns)
+};
+
+/// @param value  of a channel's mean in a column
+template <typename Value>
+Equations equations_of(const Problem& problem, const BesideSteps& beside, const Scope& scope, Index count,
+                       const Value& value) {
+  Equations left{MatrixXd::Zero(count, count), VectorXd::Zero(count)};
+  MatrixXd with_others = MatrixXd::Zero(beside.columns.cols(), count);
+  for (const std::size_t k : scope) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    const Index first = problem.first_row(k), n = channel.fitted;
+    const Whitener whitener({beside.covariance[k]});
+    const MatrixXd white = whitener.whiten(
+        MatrixXd::NullaryExpr(n, count, [&](Index mean, Index column) { return value(channel, mean, column); }));
+    const VectorXd residual = whitener.whiten(beside.residual.segment(first, n));
+    left.gram += white.transpose() * white;
+    left.right += white.transpose() * residual;
+    with_others += whitener.whiten(beside.columns.middleRows(first, n)).transpose() * white;
+  }
+  left.gram -= with_others.transpose() * beside.precision.solve(with_others);
+  left.right -= with_others.transpose() * beside.mean;
+  return left;
+}
+
+/// ln Bayes factor of one column whose factor has a prior of this precision.
+double log_factor(double precision, double told, double toward) {
+  return 0.5 * toward * toward / (precision + told) - 0.5 * std::log1p(told / precision);
+}
+
 /// A step that comes a share of an interval after the beginning of it: the column between two of the intervals' ones.
 struct Place {
   Index column = 0;
   double share = 0;
 };
 
-/// What is left of the normal equations of steps at every interval of a scope once all other columns are solved for.
-struct Steps {
+/// Steps at every interval of a scope.
+struct Steps : Equations {
   std::vector<Index> interval;  ///< (columns) with which a step begins
-  MatrixXd gram;                ///< (columns x columns)
-  VectorXd right;               ///< (columns)
 
   VectorXd times(const Place& at) const {
     if (at.share == 0.0) return gram.col(at.column);
@@ -75,26 +109,22 @@ Steps steps_of(const Problem& problem, const BesideSteps& beside, const Scope& s
   Steps steps;
   steps.interval.assign(leading.interval.begin() + fewest_means,
                         leading.interval.begin() + leading.fitted - fewest_means);
-  const Index count = std::ssize(steps.interval);
-  steps.gram = MatrixXd::Zero(count, count);
-  steps.right = VectorXd::Zero(count);
-  MatrixXd with_others = MatrixXd::Zero(beside.columns.cols(), count);
-  for (const std::size_t k : scope) {
-    const ObservedChannel& channel = problem.observations.channels[k];
-    const Index first = problem.first_row(k), n = channel.fitted;
-    const Whitener whitener({beside.covariance[k]});
-    const MatrixXd white = whitener.whiten(MatrixXd::NullaryExpr(n, count, [&](Index i, Index j) {
-      const std::size_t mean = i, step = j;
-      return channel.interval[mean] >= steps.interval[step] ? 1.0 : 0.0;
-    }));
-    const VectorXd residual = whitener.whiten(beside.residual.segment(first, n));
-    steps.gram += white.transpose() * white;
-    steps.right += white.transpose() * residual;
-    with_others += whitener.whiten(beside.columns.middleRows(first, n)).transpose() * white;
-  }
-  steps.gram -= with_others.transpose() * beside.precision.solve(with_others);
-  steps.right -= with_others.transpose() * beside.mean;
+  Equations& left = steps;
+  left = equations_of(problem, beside, scope, std::ssize(steps.interval),
+                      [&](const ObservedChannel& channel, Index mean, Index column) {
+                        const std::size_t one = mean, step = column;
+                        return channel.interval[one] >= steps.interval[step] ? 1.0 : 0.0;
+                      });
   return steps;
+}
+
+/// A step from the beginning of the record on that comes with each of the time constants.
+Equations creep_of(const Problem& problem, const BesideSteps& beside, const Scope& scope) {
+  const double start = problem.observations.channels[scope.front()].time[0];
+  return equations_of(problem, beside, scope, std::size(memories_h),
+                      [&](const ObservedChannel& channel, Index mean, Index column) {
+                        return -std::expm1((start - channel.time[mean]) / (memories_h[column] * core::units::hour));
+                      });
 }
 
 /// Steps found one after another with one prior standard deviation.
@@ -115,7 +145,7 @@ void add_step(Steps& steps, double std, Found& found, double& log_of_places) {
       if (share > 0.0 && j + 1 == steps.right.size()) continue;
       const Place place{j, share};
       const double told = steps.square(place), toward = Steps::at(steps.right, place);
-      logs.push_back(0.5 * toward * toward / (precision + told) - 0.5 * std::log1p(told / precision));
+      logs.push_back(log_factor(precision, told, toward));
       if (logs.size() == 1 || logs.back() > most) most = logs.back(), best = place;
     }
   }
@@ -164,9 +194,13 @@ std::vector<ReadingStep> sizes_of(const Problem& problem, const Steps& steps, co
 ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const Scope& scope, double seen,
                         const std::vector<double>& levels) {
   const Steps steps = steps_of(problem, beside, scope);
+  const Equations creep = creep_of(problem, beside, scope);
   std::vector<double> logs;
   Found best;
-  double best_std = 0.0;
+  double best_std = 0.0, most_creep = 0.0;
+  ReadingStep crept;
+  const ObservedChannel& leading = problem.observations.channels[scope.front()];
+  const double start = leading.time[0] - problem.observations.each()[leading.record].offset.time;
   for (const double level : levels) {
     const double std = level * seen;
     if (!(std > 0.0)) continue;
@@ -178,12 +212,23 @@ ReadingSteps best_steps(const Problem& problem, const BesideSteps& beside, const
       logs.push_back(found.log_evidence);
       if (logs.size() == 1 || found.log_evidence > best.log_evidence) best = found, best_std = std;
     }
+    std::vector<double> of_memories;
+    for (Index i = 0; i < creep.right.size(); ++i) {
+      const double precision = 1.0 / (std * std), all = precision + creep.gram(i, i);
+      of_memories.push_back(log_factor(precision, creep.gram(i, i), creep.right[i]));
+      if (crept.memory_s > 0.0 && of_memories.back() <= most_creep) continue;
+      most_creep = of_memories.back();
+      crept = {start, creep.right[i] / all, 1.0 / std::sqrt(all), memories_h[i] * core::units::hour};
+    }
+    logs.push_back(log_mean_exp(of_memories));
   }
   ReadingSteps result;
   if (logs.empty()) return result;
   result.channels = scope;
   result.log_evidence = log_mean_exp(logs);
-  result.steps = sizes_of(problem, steps, best.places, best_std, problem.observations.channels[scope.front()]);
+  result.steps = {crept};
+  if (best.log_evidence >= most_creep - std::log(1.0 * std::size(memories_h)))
+    result.steps = sizes_of(problem, steps, best.places, best_std, leading);
   return result;
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Steps in readings at unknown times that nothing else goes with: a scale that slips, a tool or wheel that is changed,
-// a probe or sensor that is touched. No kind of cause describes them. One channel has the steps, or all displacements
-// of one quantity of a record have the same ones.
+// Steps in readings at unknown times, without a change of the inputs: a scale slips, a tool or wheel is changed, a
+// probe or sensor is touched. A fixture, a tool or a probe that was clamped before the record creeps instead: a single
+// step begins with the record and comes with a time constant. No kind of cause describes them. Either a single channel
+// has the steps, or all displacements of one quantity in a record have the same steps.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -16,13 +17,15 @@ namespace thermotwin::diagnosis {
 struct ReadingStep {
   double from_s = 0;         ///< in the time of its record
   double size = 0, std = 0;  ///< in the channel's unit
+  double memory_s = 0;       ///< time constant with which it comes; 0: at once
 };
 
-/// The steps that describe a residual best in some channels.
+/// The steps that describe the residual of some channels best.
 struct ReadingSteps {
-  std::vector<std::size_t> channels;  ///< with these steps
+  std::vector<std::size_t> channels;  ///< channels that have these steps
   std::vector<ReadingStep> steps;     ///< in the order of time, at most three
-  double log_evidence = 0;  ///< ln Bayes factor against no step, a mean over times, sizes and numbers of steps
+  /// ln Bayes factor against no step, a mean over times, sizes, numbers of steps and time constants
+  double log_evidence = 0;
 };
 
 /// A linear problem whose columns have the prior standard deviation 1, and its solution without steps.
@@ -34,7 +37,7 @@ struct BesideSteps {
   const Eigen::VectorXd& mean;                       ///< (columns)
 };
 
-/// @param seen    (channels) what there is to explain, RMS in each channel's unit
+/// @param seen    (channels) RMS of the difference to be explained, in each channel's unit
 /// @param levels  prior standard deviations of a step as shares of `seen`
 /// @return for each channel, and for all displacements of one quantity of a record where there are several; none for
 ///   channels of an arrangement, nor where nothing is seen

@@ -281,23 +281,38 @@ std::string unknown_action(const Diagnosis& diagnosis) {
 
 /// Steps that nothing else goes with.
 std::string steps_action(const StepsSeen& seen) {
-  const char* reasons =
-      seen.unit == "degC" || seen.unit == "K"
-          ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"
-          : "a scale that slipped, a changed tool, wheel or workpiece, a collision, or a probe that "
-            "was touched";
+  const bool temperature = seen.unit == "degC" || seen.unit == "K";
+  if (seen.creeps()) {
+    return fmt::format(
+        "Find out what settles: {}, and nothing else changes with it. Possible reasons are {}.", in_words(seen),
+        temperature ? "a sensor that was mounted shortly before, the heat of its own device, or an input that is not "
+                      "recorded"
+                    : "a fixture, workpiece, tool or probe that was clamped shortly before, or its own warming");
+  }
   return fmt::format(
       "Find out what happened on the machine: {}, and nothing else changed with it. Possible reasons are {}.",
-      in_words(seen), reasons);
+      in_words(seen),
+      temperature ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"
+                  : "a scale that slipped, a changed tool, wheel or workpiece, a collision, or a probe that was "
+                    "touched");
 }
 
 }  // namespace
 
 std::string in_words(const StepsSeen& seen) {
+  const std::string unit = seen.unit == "degC" ? "K" : seen.unit;
+  if (seen.creeps()) {
+    const ReadingStep& creep = seen.steps.front();
+    return fmt::format(
+        "{} creep by {:+.3g} +- {} {} with a time constant of about {:.0f} h from the beginning of the "
+        "record on",
+        core::join(seen.channels, " and "), creep.size, core::plain_number(creep.std, 2), unit,
+        creep.memory_s / core::units::hour);
+  }
   std::vector<std::string> steps;
   for (const ReadingStep& step : seen.steps) {
-    steps.push_back(fmt::format("by {:+.3g} +- {} {} at {:.2f} h", step.size, core::plain_number(step.std, 2),
-                                seen.unit == "degC" ? "K" : seen.unit, step.from_s / core::units::hour));
+    steps.push_back(fmt::format("by {:+.3g} +- {} {} at {:.2f} h", step.size, core::plain_number(step.std, 2), unit,
+                                step.from_s / core::units::hour));
   }
   return fmt::format("{} changed suddenly {} of the record", core::join(seen.channels, " and "),
                      core::join(steps, " and "));

@@ -61,6 +61,9 @@ struct StepsSeen {
   std::vector<std::string> channels;  ///< that have these steps, all of the same size
   std::string unit;                   ///< of their sizes
   std::vector<ReadingStep> steps;     ///< in the order of time; empty: there are none
+
+  /// Whether there is a single one, which comes with a time constant.
+  bool creeps() const { return steps.size() == 1 && steps.front().memory_s > 0.0; }
 };
 
 /// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a

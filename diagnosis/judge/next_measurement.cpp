@@ -237,12 +237,20 @@ bool repeats(const Observations& plan, const Observations& record) {
 
 namespace {
 
-/// Steps that nothing explains: the same load again shows whether they belong to it.
+/// Steps or a creep that nothing explains: the same load again shows whether they belong to it.
 NextMeasurement repetition(const Problem& problem, const Diagnosis& diagnosis) {
   NextMeasurement next;
   next.load = "the same load as " + diagnosis.measurement;
   next.channel = core::join(diagnosis.steps.channels, " and ");
   next.duration_h = (problem.observations.end - problem.observations.start) / core::units::hour;
+  if (diagnosis.steps.creeps()) {
+    next.why = "it shows whether the creep belongs to the load";
+    next.outcomes = {
+        "Without a creep what was clamped has settled, and the new record alone shows what else differs.",
+        "The same creep again comes from the machine under this load: look for heat or a film near these channels that "
+        "the model lacks."};
+    return next;
+  }
   next.why = "it shows whether the steps belong to the load";
   next.outcomes = {
       "Without steps they were an event, and the new record alone shows what else differs.",

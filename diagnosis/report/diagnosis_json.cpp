@@ -80,6 +80,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                      {"at_h", step.from_s / core::units::hour},
                                      {"size", step.size},
                                      {"std", step.std},
+                                     {"time_constant_h", step.memory_s / core::units::hour},
                                      {"unit", diagnosis.steps.unit}});
   }
   json["causes"] = Json::array();

@@ -190,7 +190,9 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
            "report.html shows in which channels and when the residual exceeds its expected size." +
-           (d.steps.steps.empty() ? "" : " Steps describe it best: " + in_words(d.steps) + ".") +
+           (d.steps.steps.empty() ? ""
+                                  : (d.steps.creeps() ? " A creep describes it best: " : " Steps describe it best: ") +
+                                        in_words(d.steps) + ".") +
            (d.nearest.empty() ? ""
                               : " Of the listed causes, " + d.nearest + " comes nearest, but does not explain it.");
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front())) {

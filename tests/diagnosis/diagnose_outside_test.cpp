@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "compensation/measurement/measurement.h"
@@ -106,6 +107,22 @@ TEST(DiagnoseOutside, ASmallSlipIsNoHeatSource) {
   EXPECT_EQ(d.next.channel, "dx@1 and dx@2 and dx@3");
   EXPECT_EQ(d.next.load.find("the same load as "), 0U) << d.next.load;
   EXPECT_EQ(d.next.outcomes.size(), 2U);
+}
+
+/// A fixture that settles after it was clamped: no expansion of a scale.
+TEST(DiagnoseOutside, ACreepOfAFixtureIsNoScale) {
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(),
+                                          with_added(measured(meshed::machine_text(), 18), "dx",
+                                                     [](double hour) { return 10.0 * (1.0 - std::exp(-hour / 4.0)); }),
+                                          {});
+  expect_nothing_sure(d);
+  EXPECT_EQ(d.steps.channels, (std::vector<std::string>{"dx@1", "dx@2", "dx@3"}));
+  ASSERT_TRUE(d.steps.creeps());
+  EXPECT_NEAR(d.steps.steps.front().size, 10.0, 1.5);
+  EXPECT_NEAR(d.steps.steps.front().memory_s, 4.0 * 3600.0, 1.0);
+  EXPECT_NE(d.actions.front().find("a fixture, workpiece, tool or probe that was clamped shortly before"),
+            std::string::npos)
+      << d.actions.front();
 }
 
 TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
