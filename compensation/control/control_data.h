@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The arrays of a tt_model (model.h) with their lengths, as they are built and written.
+// The data of a tt_model (model.h) in vectors that own them, for the code that builds and writes a model. The macros of
+// model.h list the members.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +14,7 @@ namespace thermotwin::compensation {
 
 struct ControlData {
   std::string name;
-  std::uint64_t hash = 0;
+  std::uint64_t hash = 0;  ///< of all members below
 #define TT_FIELD(x) std::int32_t x = 0;
   TT_MODEL_COUNTS(TT_FIELD)
 #undef TT_FIELD

@@ -26,7 +26,7 @@ struct ArchiveFile {
 /// @return a zip archive of files as they are, without compression; the same bytes for the same files
 std::string stored_zip(const std::vector<ArchiveFile>& files);
 
-/// Writes the FMU.  @param version  of FMI, 2 or 3  @throws InputError (disk full, no permission)
+/// Writes the FMU to a file.  @param version  of FMI, 2 or 3  @throws InputError if the file cannot be written
 void write_fmu(const std::filesystem::path& path, const ControlData& data, int version);
 
 }  // namespace thermotwin::compensation

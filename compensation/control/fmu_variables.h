@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The variables of an FMU in the order of their references, for the descriptions of FMI 2.0 and 3.0: channels, sensors,
-// offsets, their deviations, then the integers.
+// The variables of an FMU in the order of their value references, for the descriptions of FMI 2.0 and 3.0: channels,
+// sensors, offsets, standard deviations of the offsets, then the integers (status, guard, faults of sensors).
 
 #include <array>
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace thermotwin::compensation {
 
-inline constexpr double fmu_not_given = -1e30;  ///< an input at this value has none
+inline constexpr double fmu_not_given = -1e30;  ///< an input with this value counts as not given
 
-/// Unit of a channel by the end of its name: name, and what it is in SI units.
+/// Unit of the channels whose names have an ending: name of the unit, and the XML attributes of its BaseUnit in FMI.
 struct FmuUnit {
   const char *ending, *name, *base;
 };

@@ -5,7 +5,7 @@
  * is advanced by the caller; it is shown to each call as a tt_moment.
  *
  * The start and a correction are jobs of slices. A correction takes effect at tt_observer_finish_correction, at a time
- * that the caller fixes; until then rows use what was known before. The order at a start:
+ * that the caller fixes; until then rows use the correction before it. The order at a start:
  *   heats and modes (work_before.h), tt_observer_begin_start, slices, then the caller sets the state to the uniform
  *   temperature and starts its clock; tt_observer_finish_start; tt_observer_begin_foresight, slices,
  *   tt_observer_finish_foresight. */
@@ -33,8 +33,8 @@ typedef struct tt_observer_model {
 typedef struct tt_moment {
   double time, step_end, started_at, last_step; /* s */
   double interval_s;                            /* since the last correction began */
-  const double *state, *change;                 /* (order) at the end of the last step; over it */
-  const double *seen, *seen_change;             /* (sensors) the same of the readings */
+  const double *state, *change;                 /* (order) at the end of the last step; change over that step */
+  const double *seen, *seen_change;             /* (sensors) the same, of the predicted readings */
 } tt_moment;
 
 typedef struct tt_observer {
@@ -44,7 +44,7 @@ typedef struct tt_observer {
   tt_trust trust;
   tt_errors errors;
   double *reading_C, *reading_K, *guide_K; /* (measured), (measured), (sensors) */
-  double *seen_one, *seen_start, *shift;   /* (sensors) of 1 K; at the start; correction before the last one */
+  double *seen_one, *seen_start, *shift;   /* (sensors) state of 1 K; at the start; correction before the last one */
   double *bias, *bias_rate, *unsure_rate;  /* (sensors) correction of predicted readings; its rate; its deviation */
   double* own_offset;                      /* (sensors) of the readings themselves */
   double *correction, *correction_rate, *corrected;       /* (order) */
@@ -73,7 +73,7 @@ void tt_observer_begin_start(tt_observer* o, const tt_moment* now, const double*
 /* Returns 0: more to do, 1: done, 2: eigenvalues did not converge, earlier work is left out. */
 int tt_observer_start_slice(tt_observer* o);
 int tt_observer_start_slices(const tt_observer_model* model); /* no start takes more */
-/* After the slices: whether the sensors tell the initial temperature, which then is uniform, K above the reference. */
+/* After the slices. Returns whether the sensors determine the initial temperature: uniform, K above the reference. */
 int tt_observer_uniform(const tt_observer* o, double* temperature_K);
 void tt_observer_finish_start(tt_observer* o, const tt_moment* now);
 /* How what the start left changes at first; slices: tt_sensitivities_slice(&o->errors.sensitivities). */
@@ -96,7 +96,7 @@ int tt_observer_correction_slice(tt_observer* o); /* as tt_sensitivities_slice *
 int tt_observer_correction_slices(const tt_observer_model* model);
 void tt_observer_finish_correction(tt_observer* o, const tt_moment* now);
 
-/* A probed TCP error, see tt_errors_learn; not while a correction is in progress. state: (order) nominal, then. */
+/* A probed TCP error, see tt_errors_learn; not while a correction is in progress. state: (order) nominal, at now. */
 void tt_observer_learn(tt_observer* o, const tt_moment* now, const double* tool, const double* table,
                        const double* state, const double* error, double std_m);
 void tt_observer_show(tt_observer* o, double duration);

@@ -9,8 +9,9 @@
 //   twin.load_file("machine.state");
 //   twin.step(twin.time() + 60.0, row, {});   // what a program will do; no readings
 //   const solver::TcpError error = twin.tcp(pose);
-// The first row after it may come later: up to options.correction_s later its values held since the state's time;
-// beyond that the machine was off in between (pause.h), and the offsets begin at zero as after a start.
+// The first row after a saved state may come later. Within correction_s of CompensatorOptions its values are taken to
+// hold since the time of the state. Beyond that the machine is taken to have been off in between (pause.h), and the
+// offsets begin at zero as after a start.
 
 #include <Eigen/Core>
 
@@ -63,15 +64,15 @@ public:
 
   double time() const;  ///< s, of the last row; NaN before the first
 
-  /// The whole state as bytes: a copy of the twin to return to. @throws InputError as TwinMemory::load
+  /// The whole state as bytes, to which load() returns. @throws InputError as TwinMemory::load
   std::string saved() const;
   void load(std::string_view saved, const std::string& name = "saved state");
   /// The same as a file, see TwinMemory.
   void save_file(const std::filesystem::path& path) const;
   void load_file(const std::filesystem::path& path);
-  /// Goes on from the state of a twin of the same model whose step, limits or start temperature may differ: what a
-  /// program will do needs shorter steps than what runs beside the control. Measured powers no longer hold; the laws
-  /// of the model take over. @throws InputError for another model
+  /// Goes on from the state of a twin of the same model whose step, limits or start temperature may differ. The
+  /// prediction of an NC program needs shorter steps than a twin beside the control. The other twin's measured powers
+  /// are not taken over; the model's laws replace them. @throws InputError for another model
   void take_over(const OnlineTwin& other);
   /// @return what probing has found, in use by now: shares of the tool side (x y z) and the table side, remainder in m
   Eigen::Vector<double, 9> output_shares() const;

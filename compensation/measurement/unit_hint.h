@@ -19,10 +19,11 @@ struct UnitHint {
   double rms_changed = 0;  ///< the same, with the numbers divided by the factor
 };
 
-/// Compares changes about the mean, since a probe may begin anywhere. A factor is offered if the fitted one lies
-/// between half and twice of it, the correlation is above 0.9 in size, the predicted RMS above three uncertainties, and
-/// no more than 0.75 of the residual is left. The wide limits allow for a cause that the model lacks. A temperature is
-/// compared in degrees Fahrenheit, with its offset.
+/// Compares displacements about their means, because a probe may begin at any reading. A factor is offered under four
+/// conditions: the fitted factor lies between half and twice of it; the absolute correlation is above 0.9; the RMS of
+/// the prediction is above three uncertainties; at most 0.75 of the RMS residual is left. The wide limits allow for a
+/// cause that the model lacks. A temperature is compared as it is, once as stated and once converted from degrees
+/// Fahrenheit.
 /// @param measured, predicted  (rows) in the unit of the channel, NaN where missing
 std::optional<UnitHint> unit_hint(const MeasuredChannel& channel, const Eigen::VectorXd& measured,
                                   const Eigen::VectorXd& predicted);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Grey-box thermal model: every input heats parts of the machine with time constants tau_m, and the
-// displacement is their sum, y = c + sum_i sum_m g_im x_im, tau_m dx_im/dt + x_im = u_i. A spectrum
-// of five time constants from five minutes to a third of the measurement (a slower one
-// cannot be told from a ramp) stands for what one sensor cannot know of the structure behind it.
-// Many gains from little data need to be held: they are normal with zero mean, and the residual of
-// the fit is not white but drifts (an exponentially correlated part with a time constant of its
-// own), and the machine does not start in equilibrium (a decaying part for each time constant). The
-// sizes of these contributions are where the training data are most probable (evidence, with broad priors),
-// so nothing is tuned on data that the fit does not see. Ordinary least squares takes neighbouring
-// residuals for independent and trusts gains that a slow drift invented.
-// Only c and g predict: the decays and the drift belong to the training record.
+// Grey-box thermal model of one displacement y: each input u_i drives first-order lags x_im with time constants tau_m,
+//   y = c + sum_i sum_m g_im x_im,   tau_m dx_im/dt + x_im = u_i.
+// Five time constants approximate the unknown structure between an input and the displacement. The slowest is a third
+// of the longest stretch without a gap, because a slower lag is not distinguishable from a ramp. The fastest is five
+// minutes, or a tenth of the slowest if that is shorter.
+// Few data do not determine so many gains. The gains therefore have a normal prior with zero mean. The residual of the
+// fit has white noise, an exponentially correlated drift with a time constant of its own, and a decay for each tau_m,
+// because the machine does not start in equilibrium. The standard deviations of these parts maximise the evidence of
+// the training data under broad priors, so nothing is tuned on held-out data. Ordinary least squares would assume
+// independent residuals, and would explain a slow drift by gains.
+// Only c and g predict; decays and drift belong to the training record.
 
 #include <memory>
 

@@ -33,12 +33,12 @@ public:
 
   /// Whether the row has a time and as many cells as the header.
   bool readable() const { return readable_; }
-  /// Cells that could not be read or that the machine cannot have, "air.T_C=unreadable
-  /// spindle.speed_rpm=beyond_12000"; their values are missing.
+  /// Cells that were not readable, and values that the machine cannot have, as text for the status:
+  /// "air.T_C=unreadable spindle.speed_rpm=beyond_12000". Their values are missing. Empty: none.
   const std::string& unreadable() const { return unreadable_; }
-  /// Whether one of these is not a sensor's.
+  /// Whether one of these cells is in another column than that of a sensor.
   bool input_unreadable() const { return input_unreadable_; }
-  /// Channels with a default that have no column.
+  /// Channels without a column that have a default value.
   const std::vector<Eigen::Index>& absent() const { return absent_; }
   /// File and line of the row, for messages.
   std::string place() const;
@@ -56,40 +56,41 @@ private:
     enum class Target { time, channel, sensor, probe } target;
     Eigen::Index index;
     std::string name;
-    bool state = false;  ///< off, on or a share of the time between
+    bool state = false;  ///< a state: 0 off, 1 on, between them a share of time
     InputLimits limits = {};
 
-    /// NaN, a missing value, can.
+    /// Whether the machine can have the value. NaN, a missing value, is allowed.
     bool can_be(double value) const;
   };
   bool next_line();
 
-  /// Cells to where their columns go. @return whether there were as many as columns
+  /// Stores each cell of the line in the target of its column. @return whether there were as many cells as columns
   bool read_cells();
 
   [[noreturn]] void fail(long line, const std::string& found, const std::string& allowed) const;
 
-  /// An error where that is wanted, else a line on stderr for the first few.
+  /// With options.strict an InputError, else a warning for the first most_noted calls.
   void note(const std::string& place, const std::string& found, const std::string& allowed);
 
   void note_cell_count();
 
-  /// @param text  of a line "# machine NAME HASH" without its sign; other remarks say nothing
+  /// @param text  of a comment line, without its #: "machine NAME HASH" is compared, any other text is ignored
   void compare_machine(std::string_view text, const mesh::Machine& machine);
 
   void read_header(std::string_view header, const solver::Channels& channels, const mesh::Machine& machine);
 
-  /// Inputs that the rows will never tell stay at their defaults, as if the machine stood still.
+  /// Logs the inputs without a column. They stay at their defaults, as if the machine stood still.
   void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels);
 
-  /// One sensor has no other to check it.
+  /// Logs a warning if there is only one sensor, because no other sensor can check it.
   void tell_single_sensor();
 
   double number(std::string_view cell, const Column& column);
 
-  /// Says that the number cannot be. @return the word for it in the status
+  /// Notes a value that the machine cannot have. @return its word for the status, such as beyond_12000
   std::string refuse(double value, const Column& column);
 
+  /// Adds COLUMN=why to unreadable().
   void leave_out(const Column& column, const std::string& why);
 
   static constexpr long most_noted = 10;

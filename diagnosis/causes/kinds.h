@@ -43,7 +43,7 @@ enum class Kind {
   sensor_detached,
   probe_drift,
   clock_shift,
-  unmeasured_temperature,  ///< this one and the next of records without a machine, data_hypotheses.h
+  unmeasured_temperature,  ///< this and the next: only of records without a machine, data_hypotheses.h
   time_constant,
   other_law,  ///< a source or joint that changes in the course of a record: no value of machine.toml has its law
   none,       ///< no cause
@@ -73,9 +73,9 @@ enum class Sense { ratio, absolute };  ///< the value multiplies the nominal one
 enum class Effect {
   coefficient,  ///< a coefficient of the equation
   heat,         ///< heat that enters somewhere, and nothing else
-  part,         ///< matrices of single bodies, joints, scales or screws: see parameter_sizes.h
+  part,         ///< the share of a body, joint, scale or screw in the matrices: see parameter_sizes.h
   readings,     ///< changes the reading, not the machine; needs no run of the model
-  timing        ///< changes the time of a reading; far from linear
+  timing        ///< changes the time of a reading; the effect is far from linear in the parameter
 };
 
 struct KindRow {
@@ -83,8 +83,8 @@ struct KindRow {
   std::string name, where;  ///< name in files and texts; what `where` refers to
   Target target;
   std::string key;           ///< key of machine.toml that holds the value; for a few exceptions see hypothesis.cpp
-  double per_unit;           ///< the machine's value of one unit of the key
-  std::string amount, unit;  ///< name and unit of the one parameter
+  double per_unit;           ///< value in mesh::Machine (SI) of one unit of the key
+  std::string amount, unit;  ///< name and unit of the kind's parameter
   Sense sense;
   double low, high, step;  ///< bounds and step of the finite difference
   Effect effect;
@@ -102,7 +102,7 @@ Kind kind_named(const std::string& name);
 
 inline bool adds_heat(Kind kind) { return row_of(kind).effect == Effect::heat; }
 inline bool needs_parts(Kind kind) { return row_of(kind).effect == Effect::part; }
-/// A value that holds from a time of the record on, Parameter::from_s.
+/// @return whether the parameter acts only from a time of the record on, Parameter::from_s
 inline bool is_step(Kind kind) { return kind == Kind::source_step || kind == Kind::contact_step; }
 inline bool acts_in_time(Kind kind) { return row_of(kind).effect == Effect::timing; }
 inline bool acts_on_readings(Kind kind) { return row_of(kind).effect == Effect::readings || acts_in_time(kind); }

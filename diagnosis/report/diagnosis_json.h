@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// diagnosis.json.
+// Text of diagnosis.json, whose keys diagnosis/README.md states.
 
 #include <cstddef>
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace thermotwin::diagnosis {
 
-/// File with the heat over time of a named cause, which number counts from 1.
+/// @return name of the file with the heat over time of a named cause: source_<number>.csv  @param number  from 1
 std::string series_file(std::size_t number);
 
-/// The JSON of DESIGN's contract.
+/// @return the text of the file
 std::string diagnosis_json(const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

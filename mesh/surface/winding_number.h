@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Inside and outside of a surface that need not be closed, consistent or free of cuts: how often it winds around a
-// point. Triangles far away count as the dipole of their group (Barill, Dickson, Schmidt, Levin and Jacobson, Fast
-// winding numbers for soups and clouds, ACM Transactions on Graphics 37, 2018), those near by their solid angle.
+// Tells inside from outside by the winding number: how often a surface winds around a point. The surface need not be
+// closed, and its triangles may intersect or be oriented inconsistently. Triangles far away count as the dipole of
+// their group (Barill, Dickson, Schmidt, Levin and Jacobson, Fast winding numbers for soups and clouds, ACM
+// Transactions on Graphics 37, 2018), those near by their solid angle.
 
 #include <Eigen/Geometry>
 
@@ -21,11 +22,11 @@ public:
   explicit WindingNumber(const Surface& surface);
 
   /// 1 inside of a closed surface whose normals point outwards, 0 outside; the sum over shells that overlap; between
-  /// these values near a hole. The dipoles cost up to 0.02.
+  /// these values near a hole. The error of the dipoles is up to 0.02.
   /// @param point  m
   double operator()(const Eigen::Vector3d& point) const;
 
-  /// Whether the point is inside of the union of all shells.
+  /// @return whether the point is inside of the union of all shells
   bool inside(const Eigen::Vector3d& point) const { return (*this)(point) > 0.5; }
 
 private:

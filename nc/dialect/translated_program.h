@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A program of another dialect in LinuxCNC's language, in a temporary folder of its own that ends with the object. Each
-// line stands at its number.
+// An NC program of another dialect, translated into LinuxCNC's language. The file lies in a temporary folder of its
+// own, which the destructor removes. Each line keeps its number.
 
 #include <filesystem>
 
@@ -11,7 +11,8 @@ namespace thermotwin::nc {
 
 class TranslatedProgram {
 public:
-  /// @param axis_mask  letters of the machine's axes, bit 0: X  @param start  of the axes before it, m and rad
+  /// @param axis_mask  letters of the machine's axes, bit 0: X
+  /// @param start  axis positions before the program, m and rad
   /// @throws InputError (file:line) where the dialect's reader refuses the program
   TranslatedProgram(const std::filesystem::path& program, const ControlProfile& control, int axis_mask,
                     const Nine& start);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Drift that lies ahead of a series of equal parts. Over a period T the reduced model obeys
-//   C (x(t + T) - x(t)) / T = mean(inputs q - K(p) x),
-// and the left side is zero once all periods are equal. Its change with the mean state m is that of
-//   f(m) = inputs q(m) - K(p(m)) m
-// at the mean row of the period, where p and q follow temperatures by laws and by the set points of chillers. Newton's
-// method finds the mean state of that endless series.
+// Drift still to come in a series of equal parts (workpieces). Over the period T of a part the reduced model obeys
+//   E (x(t + T) - x(t)) / T = mean(inputs q - K(p) x),
+// and the left side is zero in an endless series. With the mean state m of the period, the right side is taken to be
+//   f(m) + rest,  f(m) = inputs q(m) - K(p(m)) m,
+// with f at the mean row of the period and a constant rest. In f, p and q follow temperatures by laws and by the set
+// points of chillers. Newton's method finds the mean state of the endless series.
 
 #include <Eigen/Core>
 

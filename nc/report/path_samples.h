@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Points of the tool's path with the error there: along each predicted move at most 20 mm, 6 deg of an arc and 2 deg of
-// a rotary axis apart.
+// Points of the tool's path with their TCP error. Two points of a predicted move are at most 20 mm, 6 deg of an arc and
+// 2 deg of a rotary axis apart; a move has at most 720 intervals.
 
 #include <functional>
 
@@ -18,9 +18,9 @@ public:
   /// @param motion  must outlive this
   PathSamples(const AxisMotion& motion, Take take) : motion_(motion), take_(std::move(take)) {}
 
-  /// @param move  with the source of its element
+  /// @param move  its element must have a source (Element::source)
   void add(const PredictedMove& move);
-  void restart() { first_ = true; }  ///< the next move has a point at its begin, as the first one
+  void restart() { first_ = true; }  ///< the next move gets a point at its beginning, as the first move does
 
 private:
   const AxisMotion& motion_;

@@ -11,6 +11,7 @@
 
 namespace thermotwin::nc {
 
+/// @return whether the arc is one or more full circles
 bool whole_turns(const Arc& arc);
 
 /// The centre nearest to a wanted one from which both ends are equally far.
@@ -19,7 +20,7 @@ Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 class DisplacedMove {
 public:
-  /// Keeps references. @param predicted  of a block of the program  @param place  file:line, for messages
+  /// Keeps references. @param predicted  move of one block of the program  @param place  file:line, for messages
   DisplacedMove(const PredictedMove& predicted, const AxisMotion& motion, const RewriteOptions& options,
                 const std::string& place)
       : predicted_(predicted),
@@ -31,9 +32,10 @@ public:
   const Source& source() const { return *predicted_.timed->element.source; }
   const Move& move() const { return source().move; }
 
-  /// m, of the programmed point. @param u  share of the move; its offset is that of the time at which it is done
-  /// A rapid move, and the begin of any, ends with its axes at the end of their travel where the offset passes it.
-  /// @throws InputError  if an offset is too large, or if an axis leaves its travel
+  /// @param u  share of the move that is done; the offsets are those at the time of this share
+  /// @return displacement of the programmed point, m. In a rapid move, and at the begin of any move, an axis whose
+  ///   offset would take it past the end of its travel stays at that end
+  /// @throws InputError  if an offset is too large, or if an axis leaves its travel elsewhere
   Eigen::Vector3d displacement(double u) const;
   bool is_cut() const { return cut_; }  ///< an offset was cut at the end of a travel
 
@@ -41,11 +43,12 @@ public:
   /// @param at_start, at_end  displacements
   std::vector<double> pieces(const Eigen::Vector3d& at_start, const Eigen::Vector3d& at_end) const;
 
-  /// m, where the programmed point has to be at a moment within the move, from the planner's positions of then.
+  /// @return the programmed point that cancels the error at a moment within the move, m, from the planner's axis
+  ///   positions at that moment
   Eigen::Vector3d wanted(const MoveSample& sample) const;
 
 private:
-  /// @param cuts  offsets that pass the travel are cut
+  /// @param cuts  whether an axis stays at the end of its travel where its offset passes it; else InputError
   Eigen::Vector3d displacement(const Nine& nominal, Positions positions, const Eigen::VectorXd& offsets,
                                bool cuts) const;
   /// A share of the move with the displacements of its ends.

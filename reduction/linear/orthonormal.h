@@ -7,7 +7,7 @@
 namespace thermotwin::reduction {
 
 /// @param columns  (n x m)
-/// @param independent  the part of a column beside those before it, over the largest, below which it adds nothing
+/// @param independent  smallest pivot over the largest, below which a column counts as dependent on the others
 /// @return (n x rank), the same span
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns, double independent);
 

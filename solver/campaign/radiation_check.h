@@ -22,6 +22,7 @@ private:
   struct Film {
     int film;
     Eigen::SparseVector<double> mean;  // weights of the nodes
+    // The largest relative error of the heat flux so far, and the temperatures at that time.
     double off = 0, surface_C = 0, surroundings_C = 0;
     std::string load;
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// An initial temperature field from another run, on any mesh of the machine.
+// The initial temperature field of a run, interpolated from the output of another run whose mesh may differ.
 
 #include <filesystem>
 

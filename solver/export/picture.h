@@ -15,7 +15,8 @@ namespace thermotwin::solver {
 /// @return whether there is a display to draw on (DISPLAY is set and not empty)
 bool has_display();
 
-/// Picture of temperature on the deformed machine. @param exaggeration of the displacement
+/// Picture of temperature on the deformed machine. @param temperature_C  (nodes)  @param displacement  (3 x nodes) m
+/// @param exaggeration  factor on the displacement
 /// @throws SolverError where there is no display to draw on (has_display)
 void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
                    const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,

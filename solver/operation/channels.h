@@ -37,8 +37,8 @@ public:
   /// cutting fluid off; not_given for powers, coolant inlets and ranges (low, high).
   const Eigen::VectorXd& defaults() const { return defaults_; }
 
-  /// Takes what is given over into the row before, whose values hold where nothing is (NaN). A range
-  /// ends, rather than holds, once its axis stands (feed 0) or has a position outside.
+  /// Copies the given values into the row; where none is given (NaN), the row keeps its value. A range (low, high) that
+  /// is not given anew becomes not_given once its axis stands (feed 0) or has a given position outside of the range.
   /// @param given, row  (size)
   void update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const;
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Matrices of the affine equation on the full mesh. Unknowns: nodes of all bodies (numbered as
-// MachineMesh::first_node says), then those of coolants and volumes (fluid_assembly.h). Tetrahedra of
-// the mesh's order, consistent or lumped capacity (elements.h). Contacts are integrated on the slave's
-// triangles against the closest point of the master at each grid node of the joint. Coolant flow is
-// upwind, its matrix not symmetric, G + G^T >= 0; all others are symmetric and non-negative.
+// MachineMesh::first_node says), then those of coolants and volumes (fluid_assembly.h). Tetrahedra of the mesh's order,
+// consistent or lumped capacity (elements.h). Contacts are integrated over the pieces into which the master's triangles
+// cut the slave's, at each grid node of the joint (contact.h). Coolant flow is upwind: its matrix G is not symmetric,
+// and G + G^T is non-negative. All others are symmetric and non-negative.
 
 #include <Eigen/SparseCore>
 
@@ -28,9 +28,9 @@ struct ThermalSystem {
   SparseMatrix capacity, conduction;           ///< E in J/K, K0 in W/K
   std::vector<SparseMatrix> terms;             ///< K_j for p_j = 1
   SparseMatrix inputs;                         ///< (size x inputs) s_k for q_k = 1
-  std::shared_ptr<const LocalTerms> local;     ///< what depends on temperature from place to place; null: nothing
-  SparseMatrix sensors;                        ///< (sensors + layout.observed x size) their temperatures
-  LinearSolver solver = LinearSolver::direct;  ///< of the nodes of the bodies, for all that solve
+  std::shared_ptr<const LocalTerms> local;     ///< terms that follow the temperature at each place; null: none
+  SparseMatrix sensors;                        ///< (sensors + layout.observed x size) rows of their temperatures
+  LinearSolver solver = LinearSolver::direct;  ///< of the block of the bodies' nodes, in every solve
 };
 
 /// Steady state of (K0 + sum p K) T = S q for one set of coefficients; (size).

@@ -22,14 +22,15 @@ struct LoadStudy {
   /// time_s, axes, then error_um (length of the translation), dx_um ... rc_um_per_m with _q05, _q50 and _q95 each
   core::Table quantiles;
   std::optional<Sensitivity> sensitivity;         ///< of all poses and times together
-  std::vector<Sensitivity> at_poses;              ///< one a pose, all times; empty without sensitivity
+  std::vector<Sensitivity> at_poses;              ///< one for each pose, over all times; empty without sensitivity
   double largest_q50_um = 0, largest_q95_um = 0;  ///< over poses and times, of the length
 };
 
 struct GroupStudy {
   std::string name;
-  std::size_t variants = 0, asked = 0;  ///< with results; of the plan
-  std::string why_no_sensitivity;       ///< empty: there are some, or nothing is drawn
+  std::size_t variants = 0;        ///< variants with results
+  std::size_t asked = 0;           ///< variants of the plan
+  std::string why_no_sensitivity;  ///< empty: there are sensitivities, or the plan draws no parameter
   std::vector<LoadStudy> loads;
 };
 
@@ -43,8 +44,8 @@ struct VariantStudy {
   std::vector<std::string> drawn;  ///< names of the drawn parameters
   std::vector<GroupStudy> groups;
   std::vector<mesh::Pose> poses;
-  std::vector<std::string> missing;       ///< units that nobody has computed or tried, in words
-  std::vector<std::string> failed_units;  ///< units that could not be computed, in words with their reasons
+  std::vector<std::string> missing;       ///< descriptions of units that have not been tried
+  std::vector<std::string> failed_units;  ///< descriptions of units that failed, with their reasons
   std::vector<FailedVariant> failed;      ///< by variant
   std::size_t units_done = 0;
   int loads = 0;                        ///< load programs of the plan
@@ -53,10 +54,10 @@ struct VariantStudy {
   std::size_t failed_variants() const;  ///< variants that failed with at least one
 };
 
-/// @return indices of the drawn parameters, the largest total share first
+/// @return indices of the drawn parameters, the largest total share (Sobol) of the variance first
 std::vector<std::size_t> by_total(const Sensitivity& sensitivity);
 
-/// A parameter that matters: its total share is at least this, and its interval excludes 0.
+/// A parameter matters if its total share is at least this, and the 95 % interval of the share excludes 0.
 inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
 std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);

@@ -19,7 +19,8 @@ void add_compensate(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   verb->add_option("--start-C", compensate.start_C,
-                   "Temperature of the whole machine at the start, degC; with sensors they tell it.")
+                   "Uniform temperature of the machine at the start, degC; with sensors it is estimated from their "
+                   "first readings.")
       ->capture_default_str();
   verb->add_option("--largest-offset", compensate.largest_um,
                    "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
@@ -47,7 +48,8 @@ void add_compensate(CLI::App& app) {
       verb->add_option("--lines", compensate.lines,
                        "CSV file of a straight line for each axis (reference position, offset, slope) for controls "
                        "that take one, with the largest residual, um.");
-  verb->add_option("--lines-every", compensate.lines_every_s, "Time between two rows of --lines, s.")
+  verb->add_option("--lines-every", compensate.lines_every_s,
+                   "Machine time between two versions of the file of --lines with --out -, s.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->needs(lines);
@@ -57,9 +59,11 @@ void add_compensate(CLI::App& app) {
                    "File of the whole state: read at the start where it exists, written at least once a minute of the "
                    "rows' time and at the end. A pause of more than 300 s is computed as a machine that is off.");
   verb->add_flag("--json-lines", compensate.json_lines,
-                 "Write a line of JSON a row instead of CSV: offsets, status, guard, failed sensors, and once a second "
-                 "of the rows' time sensors with their predictions and errors over the workspace.");
-  verb->add_option("--order", compensate.order, "States of the model that are kept, the first ones (default: all).")
+                 "Write a line of JSON a row instead of CSV: offsets, status, guard and failed sensors. Once a second "
+                 "of the rows' time it also has the sensors with their predictions, and the errors over the "
+                 "workspace.");
+  verb->add_option("--order", compensate.order,
+                   "Number of states of the model that are kept, from the first on (default: all).")
       ->check(CLI::PositiveNumber);
   verb->add_option("--explain", compensate.explain,
                    "Text file, written at the end, of the disturbance states and their detectability by the sensors.");

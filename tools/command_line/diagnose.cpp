@@ -21,7 +21,7 @@ void add_diagnose(CLI::App& app) {
       "CASE", diagnose.case_path,
       "Case folder (default: that of --model; without both, a lag model of the first part of the record).");
   verb->add_option("--data", diagnose.data,
-                   "Measurement folder. Given again: more records of the machine, for which one cause has to hold.")
+                   "Measurement folder. Given again: more records of the machine; the same cause has to hold for all.")
       ->required()
       ->allow_extra_args(false);
   verb->add_option("--model", diagnose.model, "Reduced model model.rom.h5 (default: made from the case).");
@@ -32,8 +32,8 @@ void add_diagnose(CLI::App& app) {
                              const std::string& of) {
     verb->add_option(
             name, percent,
-            fmt::format("Discretisation error, percent of each {}'s own response (default: what `reduce` found with a "
-                        "second mesh, or {} where the model file has none).",
+            fmt::format("Discretisation error, percent of the predicted change of each {} (default: the estimate of "
+                        "`reduce` from a second mesh, or {} where the model file has none).",
                         of, otherwise))
         ->check(CLI::Range(0.1, 50.0));
   };

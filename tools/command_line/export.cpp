@@ -10,7 +10,8 @@ namespace {
 void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Option& matrices) {
   auto* source =
       verb.add_option("--c", exported.c_folder,
-                      "Folder for the model as C99 source without allocation: offsets in the bits of the online core.");
+                      "Folder for the model as C99 source without allocation; its offsets equal those of `compensate` "
+                      "bit for bit.");
   auto* fmu = verb.add_option("--fmu", exported.fmu,
                               "Version of FMI (2 or 3): write the model as FMU for co-simulation to --out FILE.fmu.")
                   ->check(CLI::IsMember({2, 3}));
@@ -22,7 +23,8 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   fmu->excludes(linuxcnc);
   const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
   verb.add_option("--order", exported.order,
-                  "With --c, --fmu, --linuxcnc: states of the model that are kept, the first ones (default: all).")
+                  "With --c, --fmu, --linuxcnc: number of states of the model that are kept, from the first on "
+                  "(default: all).")
       ->check(CLI::PositiveNumber);
   add("--step", exported.step_s, "With --c, --fmu, --linuxcnc: longest step of the thermal state, s (default 60).");
   add("--start-C", exported.start_C,

@@ -19,7 +19,8 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
   auto* budget = verb->add_option("BUDGET", measured.file, "Budget: inputs, correlations and formulas of measurands.");
   auto* arc =
       verb->add_option("--arc", measured.arcs_deg,
-                       "Spans of continuous R-Tests, deg, whose centre and tilt are drawn in place of a budget.")
+                       "Spans of continuous R-Tests, deg; Monte Carlo gives the uncertainty of their centre and tilt, "
+                       "in place of a budget.")
           ->delimiter(',')
           ->allow_extra_args(false)
           ->check(CLI::Range(10.0, 360.0))
@@ -41,14 +42,14 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--plane-offset", measured.plane_offset_mm,
-                   "Distance along the axis from the stated point of the centre to the plane of the arc, mm.")
+                   "Distance along the axis from the point at which the centre is stated to the plane of the arc, mm.")
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--fit", measured.fit, "Circle fit: geometric, taubin or kasa.")
       ->check(CLI::IsMember({"geometric", "taubin", "kasa"}))
       ->capture_default_str()
       ->needs(arc);
-  verb->add_option("--draws", measured.draws, "R-Tests that are drawn for each arc.")
+  verb->add_option("--draws", measured.draws, "Number of simulated R-Tests for each arc.")
       ->check(CLI::Range(2, 1000000))
       ->capture_default_str()
       ->needs(arc);
@@ -70,8 +71,8 @@ void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options
   verb->add_option("--record", measured.record,
                    "Measurement folder of loads and temperatures during the test, to be merged with its results.");
   verb->add_option("--channels", measured.channels,
-                   "What the folder for evaluate and diagnose has: location errors (default of an R-Test), or the "
-                   "deviations at the points (default of a grid).")
+                   "Channels of the folder for evaluate and diagnose: errors for location errors (default of an "
+                   "R-Test), points for the deviations at the points (default of a grid).")
       ->check(CLI::IsMember({"errors", "points"}));
   verb->add_option("--ambient", measured.ambient, "Temperature channel for gradients per K of an ISO 230-3 test.");
 }
@@ -83,7 +84,8 @@ void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
       ->capture_default_str();
   verb.add_option(
           "--azimuth", plan.azimuths_deg,
-          "Direction of the sphere from this axis, counted from x, deg; several are as many spheres, e.g. 0,180.")
+          "Direction of the sphere from the table's axis, counted from x, deg; several values give several spheres, "
+          "e.g. 0,180.")
       ->delimiter(',')
       ->capture_default_str();
   verb.add_option("--height", plan.height_mm, "Height of the sphere above the table point, mm.")->capture_default_str();
@@ -133,7 +135,8 @@ void add_plan(CLI::App& group) {
   verb->add_option("--axis", plan.axis,
                    "Tested axis (default: the axis of the table; for linear_axis the first linear one).");
   verb->add_option("--load", plan.loads,
-                   "Axis under load, or spindle; may be repeated (default: the tested axis; of a grid none).");
+                   "Axis under load, or spindle; may be repeated (default: the tested axis; for volumetric_grid "
+                   "none).");
   verb->add_option(
           "--speed", plan.speed,
           "Speed of the load: rpm for the spindle and endless axes, else mm/min or deg/min (default: half of the "
@@ -159,8 +162,8 @@ void add_plan(CLI::App& group) {
   verb->add_flag("--standstills", plan.standstills, "For random_cycle: each load is followed by a standstill.");
   verb->add_option("--seed", plan.seed, "For random_cycle: seed of the random numbers.")->capture_default_str();
   verb->add_option("--air", planned.air_C,
-                   "Air temperature at both ends and in the middle of the test, degC, e.g. 21,26 (default: the "
-                   "machine's).")
+                   "Two air temperatures, degC: at both ends of the test, and in its middle, with linear ramps "
+                   "between, e.g. 21,26 (default: the machine's).")
       ->delimiter(',');
   add_plan_of_points(*verb, planned);
 }
@@ -189,11 +192,12 @@ void add_simulate_test(CLI::App& group) {
   verb->add_flag("--surface", simulated.surface, "Writes heights of the table's surface at each measurement too.");
   verb->add_option("--seed", simulated.seed, "Seed of the noise.")->capture_default_str();
   verb->add_flag("--no-noise", simulated.no_noise, "Probes and sensors without noise, axes without scatter.");
-  verb->add_option("--sensor-noise", simulated.sensor_noise_K, "Standard deviation of a temperature sensor, K.")
+  verb->add_option("--sensor-noise", simulated.sensor_noise_K,
+                   "Standard deviation of a reading of a temperature sensor, K.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   verb->add_option("--draws", simulated.draws,
-                   "Draws of noise and calibration, whose location errors show what the stated uncertainty covers.")
+                   "Number of draws of noise and calibration that give the coverage of the stated uncertainty.")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   add_mesh_options(*verb, simulated.size, simulated.mesh_order);

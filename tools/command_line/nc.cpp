@@ -12,7 +12,8 @@ void add_nc(CLI::App& app) {
   CLI::App* verb =
       add_verb(app, "nc", "Computes time, loads and TCP error along an NC program, and writes the corrected program.",
                "thermotwin nc out/model.rom.h5 part.ngc --control linuxcnc --out out", options, &tools::nc);
-  verb->add_option("MODEL", nc.model, "Reduced model (model.rom.h5). A case folder or machine.toml: loads alone.")
+  verb->add_option("MODEL", nc.model,
+                   "Reduced model (model.rom.h5). A case folder or machine.toml gives time and loads only.")
       ->required();
   verb->add_option("PROGRAM", nc.program, "NC program, as LinuxCNC's interpreter reads it.")->required();
   verb->add_option("--control", nc.control, "Control profile: linuxcnc, fanuc, siemens or a TOML file.")
@@ -29,23 +30,26 @@ void add_nc(CLI::App& app) {
   verb->add_option("--start", nc.start, "Positions before the program, such as X=0,Y=0,Z=100 (default: home).");
   verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
       ->capture_default_str();
-  verb->add_option("--row-s", nc.row_s, "Length of the rows, s.")->capture_default_str();
+  verb->add_option("--row-s", nc.row_s, "Duration of each row of rows.csv, s.")->capture_default_str();
   auto* state = verb->add_option("--state", nc.state,
                                  "State of `compensate --state`: the machine before the program (default: at "
-                                 "--start-C). It begins where the axes stand then, unless --start says so.");
+                                 "--start-C). The program begins where the axes stood, unless --start says otherwise.");
   verb->add_option("--after", nc.after_s,
-                   "Time from the state to the program, s (default: --row-s). Beyond 300 s the machine was off.")
+                   "Time from the state to the program, s (default: --row-s). Beyond 300 s the machine counts as off.")
       ->check(CLI::Range(0.0, 604800.0))
       ->needs(state);
   verb->add_option("--step", nc.step_s, "--step of the `compensate` that saved the state, s.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str()
       ->needs(state);
-  verb->add_option("--largest-offset", nc.largest_um, "Its --largest-offset, um.")
+  verb->add_option("--largest-offset", nc.largest_um, "--largest-offset of the `compensate` that saved the state, um.")
       ->check(CLI::PositiveNumber)
       ->needs(state);
-  verb->add_option("--offset-rate", nc.rate_um_s, "Its --offset-rate, um/s.")->check(CLI::PositiveNumber)->needs(state);
-  verb->add_option("--order", nc.order, "States of the model that are kept, the first ones (default: all).")
+  verb->add_option("--offset-rate", nc.rate_um_s, "--offset-rate of the `compensate` that saved the state, um/s.")
+      ->check(CLI::PositiveNumber)
+      ->needs(state);
+  verb->add_option("--order", nc.order,
+                   "Number of states of the model that are kept, from the first on (default: all).")
       ->check(CLI::PositiveNumber);
   verb->add_option("--rewrite", nc.rewrite,
                    "path: corrected coordinates; shift: updates of the work offset at retracted moves.")
@@ -53,15 +57,16 @@ void add_nc(CLI::App& app) {
   verb->add_option("--tolerance", nc.tolerance_um, "Tolerance of the rewritten path, um.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  verb->add_option("--repeat", nc.repeat, "Parts one after the other; the rewritten program is that of the last one.")
+  verb->add_option("--repeat", nc.repeat,
+                   "Number of parts, one after the other; the rewritten program is that of the last one.")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   verb->add_option("--pause", nc.pause_s, "Pause between two parts, s.")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_option("--imprint", nc.imprint,
-                   "Tool of the finishing pass: the error that it leaves in the surface, as a table, a picture and "
-                   "imprint.csv.")
+                   "Number of the tool of the finishing pass. The error that it leaves in the surface becomes a table, "
+                   "a picture and imprint.csv.")
       ->check(CLI::Range(0, 99999));
   verb->add_flag("--no-blocks", nc.no_blocks, "Leave out blocks.csv, a row for each move.");
   verb->add_flag("--no-page", nc.no_page, "Leave out report.html, the error along the path.");

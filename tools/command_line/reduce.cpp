@@ -89,8 +89,8 @@ void add_reduce(CLI::App& app) {
             throw CLI::ValidationError("--order",
                                        "'" + word + "'; allowed: a whole number from 0 to 2000, or observer");
           },
-          "Order: a number, 0 for the smallest within the tolerance, or observer for the smallest below the observer "
-          "noise of a case.")
+          "Order: a number; 0: the smallest within the tolerance; observer: of a case, the smallest whose error is "
+          "below the standard deviation that an observer leaves.")
       ->type_name("NUMBER|observer");
   add_reduced_case(*verb, reduce, *reduced_case);
   add_matrices(*verb, reduce, *reduced_case);

@@ -11,13 +11,15 @@ namespace {
 
 void add_model_options(CLI::App& verb, ServeOptions& serve) {
   verb.add_flag("--no-sensors", serve.no_sensors, "Ignore the temperature sensors.");
-  verb.add_option("--order", serve.order, "States of the model that are kept, the first ones (default: all).")
+  verb.add_option("--order", serve.order,
+                  "Number of states of the model that are kept, from the first on (default: all).")
       ->check(CLI::PositiveNumber);
   verb.add_option("--step", serve.step_s, "Longest step of the thermal state, s.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   verb.add_option("--start-C", serve.start_C,
-                  "Temperature of the whole machine at a start without state, degC; with sensors they tell it.")
+                  "Uniform temperature of the machine at a start without state, degC; with sensors it is estimated "
+                  "from their first readings.")
       ->capture_default_str();
   verb.add_option("--largest-offset", serve.largest_um,
                   "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
@@ -41,7 +43,8 @@ void add_serve(CLI::App& app) {
   ServeOptions& serve = *options;
   CLI::App* verb = add_verb(
       app, "serve",
-      "Runs the model beside a control for months: rows of CSV in, offsets out, with a model process that may die.",
+      "Runs the model beside a control for months: rows of CSV in, offsets out. A model process that dies is started "
+      "again.",
       "thermotwin serve out/model.rom.h5 --socket /run/twin.socket --port 8080\n"
       "  thermotwin serve out/model.rom.h5 < rows.csv",
       options, &tools::serve);

@@ -17,7 +17,8 @@ void add_simulate(CLI::App& app) {
   verb->add_option("--pose", simulate.pose, "Axis positions, mm and deg, e.g. X=0,Y=0,Z=275,B=45 (default: home).");
   auto* steady = verb->add_flag(
       "--steady", simulate.steady,
-      "Compute the steady state of each phase by one solution instead of the run: a row and a field a phase.");
+      "Compute the steady state of each phase by one solution instead of the run, with one row and one field for each "
+      "phase.");
   auto* every = verb->add_option("--fields-every", simulate.fields_every_s,
                                  "Interval between the temperature fields of fields.pvd, s.")
                     ->check(CLI::PositiveNumber)
@@ -34,7 +35,8 @@ void add_simulate(CLI::App& app) {
       "Initial temperatures from a .vtu of fields.pvd, on any mesh of the machine (default: initial_C of the load).");
   auto* sensors = verb->add_option(
       "--start-from-sensors", simulate.start_from_sensors,
-      "Initial temperatures as the smoothest field that agrees with a table of <sensor>_C, such as sensors.csv.");
+      "Initial temperatures as the smoothest field that agrees with the columns <sensor>_C of a table, such as "
+      "sensors.csv.");
   from->excludes(sensors);
   verb->add_option("--start-time", simulate.start_time_s, "Time in that table, s (default: its first row).")
       ->needs(sensors)

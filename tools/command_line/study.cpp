@@ -24,8 +24,8 @@ void add_cluster_options(CLI::App& verb, ClusterOptions& cluster) {
                               "Write an array job, a gathering job and submit.sh for Slurm, and compute nothing here.")
                     ->excludes(local);
   auto* part = verb.add_option("--part", cluster.part,
-                               "Compute every N-th unit from unit I on, as I/N, and gather nothing: a task of the "
-                               "array job.")
+                               "I/N, with I from 0: compute every N-th unit from unit I on, and gather nothing; a task "
+                               "of the array job.")
                    ->excludes(slurm)
                    ->excludes(local);
   verb.add_flag("--gather", cluster.gather,
@@ -45,7 +45,7 @@ void add_cluster_options(CLI::App& verb, ClusterOptions& cluster) {
       ->capture_default_str()
       ->needs(slurm);
   verb.add_option("--task-hours", cluster.task_hours,
-                  "With --slurm: time limit of a task, h; one that reaches it goes on from its checkpoint.")
+                  "With --slurm: time limit of a task, h; at the limit it writes its checkpoint and is queued again.")
       ->check(CLI::Range(0.1, 8760.0))
       ->capture_default_str()
       ->needs(slurm);
@@ -79,7 +79,7 @@ std::shared_ptr<CommonOptions> add_campaign_study(CLI::App& group) {
   CLI::App* verb =
       add_verb(group, "campaign",
                "Computes the campaign of a case in units, here or on a cluster, and writes the files of "
-               "`campaign`. A unit is the load programs that have the same times.",
+               "`campaign`. A unit is all load programs with the same time steps and outputs.",
                "thermotwin study campaign cases/vmc5 --slurm --out /shared/vmc5", options, &study_campaign);
   add_full_campaign_options(*verb, *options);
   add_cluster_options(*verb, options->cluster);
@@ -110,7 +110,8 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   verb->add_option("CASE", sensors.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--count", sensors.count, "Number of sensors (default: as many as the case has).")
       ->check(CLI::Range(1, 200));
-  verb->add_option("--load", sensors.loads, "Load programs that count (default: holdout of the case).");
+  verb->add_option("--load", sensors.loads,
+                   "Load programs over which the variance is averaged (default: holdout of the case).");
   verb->add_option("--body", sensors.bodies, "Bodies that may have sensors (default: all elastic ones).");
   verb->add_option("--without", sensors.without, "Bodies and surfaces that no sensor may be on.");
   verb->add_flag("--on-contacts", sensors.on_contacts, "Allow places on surfaces of joints.");
@@ -127,13 +128,13 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   verb->add_option("--every", sensors.every_min, "Time between two corrections, min.")
       ->check(CLI::Range(0.1, 1440.0))
       ->capture_default_str();
-  verb->add_option("--exchanges", sensors.exchanges, "Passes that replace single sensors, at most.")
+  verb->add_option("--exchanges", sensors.exchanges, "Largest number of passes that replace single sensors.")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   verb->add_flag("--any-loss", sensors.any_loss,
                  "Choose for the error that remains after the loss of the worst sensor.");
   verb->add_option("--confirm", sensors.confirm,
-                   "Compensate so many machines that are measured virtually, with these sensors and with the case's.")
+                   "Number of virtually measured machines on which the chosen sensors are compared with the case's.")
       ->check(CLI::Range(1, 1000));
   return options;
 }
@@ -142,8 +143,8 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
   const auto options = std::make_shared<StudyTestsOptions>();
   StudyTestsOptions& tests = *options;
   CLI::App* verb = add_verb(group, "tests",
-                            "Chooses load programs and their order so that the uncertain values of machine.toml are "
-                            "told best in the hours of a test.",
+                            "Chooses load programs and their order for a thermal test, so that the uncertain values of "
+                            "machine.toml leave the least variance of the TCP error.",
                             "thermotwin study tests cases/vmc5 --hours 24 --confirm 3", options, &study_tests);
   verb->add_option("CASE", tests.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--model", tests.model, "Reduced model (default: model.rom.h5 in --out, else made from the case).");
@@ -151,7 +152,7 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   verb->add_option("--leave", tests.leave_um,
-                   "Shorten the test to what leaves at most this standard deviation of the TCP error, um.")
+                   "Largest standard deviation of the TCP error that the shortened test may leave, um.")
       ->check(CLI::Range(1e-6, 1e6));
   verb->add_option("--block", tests.block_min, "Length of a standard block, min.")
       ->check(CLI::Range(5.0, 1440.0))
@@ -166,8 +167,9 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
   verb->add_flag("--chamber", tests.chamber,
                  "Allow load programs that set the temperature of the surroundings: the machine stands in a chamber.");
   verb->add_option("--load", tests.loads,
-                   "Load programs whose TCP error the test shall make certain (default: holdout of the case).");
-  verb->add_option("--parameter", tests.parameters, "Values to tell, as KIND:WHERE (default: all with a std_percent).");
+                   "Load programs over which the variance is averaged (default: holdout of the case).");
+  verb->add_option("--parameter", tests.parameters,
+                   "Values that the test determines, as KIND:WHERE (default: all with a std_percent).");
   verb->add_option("--every", tests.every_min, "Time between two readings of the sensors, min.")
       ->check(CLI::Range(1.0, 1440.0))
       ->capture_default_str();
@@ -186,7 +188,7 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
       ->excludes(probed)
       ->excludes(std_um)
       ->excludes(pose);
-  verb->add_option("--exchanges", tests.exchanges, "Passes that replace single blocks, at most.")
+  verb->add_option("--exchanges", tests.exchanges, "Largest number of passes that replace single blocks.")
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
   verb->add_option("--orders", tests.orders, "Random orders to compare with.")
@@ -194,8 +196,8 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
       ->capture_default_str();
   verb->add_option("--seed", tests.seed, "Seed of the random cycles and orders.")->capture_default_str();
   verb->add_option("--confirm", tests.confirm,
-                   "Estimate the values of so many machines that are measured virtually, from the chosen test and from "
-                   "the first random order.")
+                   "Number of virtually measured machines whose values are estimated from the chosen test and from the "
+                   "first random order.")
       ->check(CLI::Range(1, 1000));
   return options;
 }

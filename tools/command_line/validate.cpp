@@ -13,7 +13,7 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
                   "Number of perturbed machines; full runs are kept in --out, so a repeated study continues.")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb.add_option("--first-seed", validate.first_seed, "Seed of the first machine; machine i uses this seed + i.")
+  verb.add_option("--first-seed", validate.first_seed, "Seed of the first machine; each further one adds 1 to it.")
       ->capture_default_str();
   verb.add_option("--perturb", validate.perturb,
                   "Perturbed parameters: all with std_percent, or thermal: powers, films and contact conductances.")
@@ -28,8 +28,8 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
   verb.add_flag("--coolant", validate.coolant_rise,
                 "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
   auto* truth = verb.add_option("--truth", validate.reference,
-                                "reference.rom.h5, whose perturbed coefficients replace full models as the truth "
-                                "(seconds; an easier test).")
+                                "Reference model reference.rom.h5: with perturbed coefficients it replaces the full "
+                                "models as the truth, which takes seconds and is an easier test.")
                     ->check(CLI::ExistingFile);
   verb.add_option(
           "--full-draws", validate.full_draws,

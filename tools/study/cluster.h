@@ -16,21 +16,23 @@ namespace thermotwin::tools {
 
 struct UnitStudy {
   std::filesystem::path origin;  ///< plan or case, for messages
-  std::filesystem::path folder;  ///< of the study; jobs have its name
-  std::string command;           ///< words after `thermotwin` that make the study, quoted for a shell
+  std::filesystem::path folder;  ///< of the study; its name is that of the Slurm job
+  std::string command;           ///< words after `thermotwin` that repeat the study, quoted for a shell
   std::vector<study::Unit> units;
   study::ComputeUnit compute;
-  std::function<void(const study::Work&)> gather;  ///< of the units that are done
+  std::function<void(const study::Work&)> gather;  ///< makes the study's results from the units that are done
 };
 
-/// @throws SolverError, InputError if no unit can be computed
+/// Computes the units and gathers their results, computes the units of one part of an array job, only gathers, or
+/// writes the scripts for Slurm.
+/// @throws SolverError or InputError if no unit can be computed
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study);
 
-/// Whether all units are computed here, and no other host takes part.
+/// @return whether all units are computed here, and no other host takes part
 bool is_local(const ClusterOptions& cluster);
 
-/// For the gathering job, which has made what it could. @param missing  units without results, in words
-/// @throws InputError if there are some
+/// For the end of the gathering job, after the results of the units that are done. @param missing  units without
+/// results, in words  @throws InputError if there are any
 void require_none_missing(const UnitStudy& study, const std::vector<std::string>& missing);
 
 /// @throws SolverError if units could not be computed, naming them
