@@ -20,6 +20,7 @@
 #include "diagnosis/inference/model_search.h"
 #include "diagnosis/inference/switch_times.h"
 #include "diagnosis/judge/action.h"
+#include "diagnosis/judge/connection_check.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/detectability.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -228,6 +229,16 @@ std::string longer_note(const Observations& open, const Observations& seen) {
       (open.split - open.start) / core::units::hour, (seen.split - seen.start) / core::units::hour);
 }
 
+/// What channels with another sign, unit or place read is explained by no cause.
+void doubt_connections(const std::vector<ConnectionDoubt>& doubts, Diagnosis& d) {
+  if (d.verdict == Verdict::no_discrepancy) return;
+  std::vector<std::string> clauses;
+  for (const ConnectionDoubt& one : doubts)
+    if (one.strong) clauses.push_back(one.clause);
+  d.connection = core::join(clauses, "; ");
+  if (!clauses.empty() && d.verdict == Verdict::explained) leave_open(d.connection, d);
+}
+
 /// What speaks against an explanation leaves it open.
 void doubt(const mesh::Machine& machine, Records records, const Strain& strain, Diagnosis& d) {
   const std::string worse = worsened(d);
@@ -288,6 +299,8 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     best.refined = true;
     judge(problem, best, d);
   }
+  const std::vector<ConnectionDoubt> connections = connection_doubts(problem);
+  doubt_connections(connections, d);
   doubt(machine, records, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
@@ -296,8 +309,14 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     d.unknown_in.push_back(problem.observations.channels[k].channel.id);
   d.analysis = analyse(problem, solver::Channels(machine));
   d.actions = actions_of(d, model);
-  if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
+  if (!d.connection.empty()) {
+    d.actions.insert(d.actions.begin(), fmt::format("Check the connections first: {}. Correct channels.toml or the "
+                                                    "cables where it is so, and diagnose again.",
+                                                    d.connection));
+    d.next.why = "whether channels are what channels.toml states is seen at the machine, without a measurement";
+  } else if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty()) {
     d.next = next_measurement(problem, model, options.programs, d, options);
+  }
   d.detectable = detectability(problem, found);
   if (d.verdict == Verdict::no_discrepancy) d.next.why = nothing_to_decide(d.detectable);
   const Observations& obs = problem.observations;
@@ -316,9 +335,10 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);
-  const std::vector<std::string> hints = unit_hints(problem);
-  if (!hints.empty()) d.sentence += " Before anything else, check signs and units: the warnings name the channels.";
-  d.warnings.insert(d.warnings.begin(), hints.begin(), hints.end());
+  if (d.connection.empty() && !connections.empty())
+    d.sentence += " Before anything else, check signs and units: the warnings name the channels.";
+  for (auto one = connections.rbegin(); one != connections.rend(); ++one)
+    d.warnings.insert(d.warnings.begin(), one->warning);
   return d;
 }
 

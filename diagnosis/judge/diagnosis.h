@@ -114,6 +114,7 @@ struct Diagnosis {
   std::string open_because;  ///< of a cause and the machine as stated: why neither is named; empty: other reasons
   std::string nearest;       ///< beside something unknown: what comes nearest of all that is listed; empty: nothing
   std::string strained;      ///< why the named causes alone are implausible; empty: they are not
+  std::string connection;    ///< channels that seem to be connected or stated otherwise, in words; empty: none
   /// The named causes foretell held-out data as well as expected beside fitted values of what else is uncertain: those
   /// values, each within its uncertainty, had hidden a part of the causes, and correcting the causes alone worsens.
   bool foretold_beside_others = false;

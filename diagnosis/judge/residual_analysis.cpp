@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compensation/measurement/unit_hint.h"
 #include "core/first_order_lag.h"
 #include "core/interpolation.h"
 #include "core/units.h"
@@ -92,20 +91,6 @@ std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Chan
                           problem.expected_std.segment(first, n), inputs[channel.record]));
   }
   return all;
-}
-
-std::vector<std::string> unit_hints(const Problem& problem) {
-  std::vector<std::string> hints;
-  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
-    const ObservedChannel& observed = problem.observations.channels[k];
-    const Index first = problem.first_row(k), n = observed.size();
-    const VectorXd measured = problem.measured.segment(first, n), predicted = problem.predicted.segment(first, n);
-    if (root_mean_square(measured - predicted) < unexpected * root_mean_square(problem.expected_std.segment(first, n)))
-      continue;
-    const auto hint = compensation::unit_hint(observed.channel, measured, predicted);
-    if (hint) hints.push_back(compensation::in_words(*hint, observed.channel));
-  }
-  return hints;
 }
 
 std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis) {

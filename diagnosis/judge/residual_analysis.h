@@ -28,10 +28,6 @@ ResidualAnalysis analyse(const std::string& id, const Eigen::VectorXd& time, con
 /// Analyses all channels: measured minus predicted without a cause, on the whole record.
 std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels);
 
-/// @return a sentence for each channel whose residual is large and whose record, with another sign or unit, agrees
-///   clearly better with the nominal prediction
-std::vector<std::string> unit_hints(const Problem& problem);
-
 /// @return a sentence for each channel whose residual RMS is at least 1.5 times the expected one
 std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis);
 

@@ -174,6 +174,18 @@ double slowest_time_constant(const reduction::ReducedModel& model, const Observa
   return 1.0 / std::max(eigen.eigenvalues()[0], 1e-12);
 }
 
+/// Channels that seem to be others come before all causes.
+std::string connection_in_words(const Diagnosis& d) {
+  std::vector<RankedCause> listed = d.causes;
+  for (const RankedCause& cause : d.ambiguous_set)
+    if (!cause.parameter.name.empty()) listed.push_back(cause);
+  return fmt::format(
+      "{}: {}. Before anything else, check signs and units, and where each cable ends: the warnings state the "
+      "figures.{}",
+      d.verdict == Verdict::unexplained ? "Unexplained" : "Ambiguous", d.connection,
+      listed.empty() ? "" : " If all is as stated, these describe the record best: " + list_in_words(listed, 3) + ".");
+}
+
 }  // namespace
 
 std::string percent_text(double percent, int decimals) {
@@ -187,6 +199,7 @@ std::string sentence_of(const Diagnosis& d) {
            "Effects too small for this record remain possible." +
            mesh_hides(d);
   }
+  if (!d.connection.empty()) return connection_in_words(d);
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
            "report.html shows in which channels and when the residual exceeds its expected size." +

@@ -138,6 +138,34 @@ TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
   EXPECT_NE(d.actions.front().find("a sensor or its cable that was touched"), std::string::npos) << d.actions.front();
 }
 
+/// Two sensors whose cables are exchanged, and two directions of a probe: no heat source, and no loose sensor.
+TEST(DiagnoseOutside, ExchangedChannelsAreNoCause) {
+  const compensation::Measurement clean = measured(meshed::machine_text(), 19);
+  const auto exchanged = [&](const std::string& one, const std::string& other) {
+    compensation::Measurement record = clean;
+    const auto column = [&](const std::string& id) {
+      return std::find_if(record.channels.begin(), record.channels.end(), [&](const auto& c) { return c.id == id; })
+          ->column;
+    };
+    record.data.values.col(column(one)).swap(record.data.values.col(column(other)));
+    return record;
+  };
+  const auto expect_named = [](const Diagnosis& d, const std::string& clause) {
+    SCOPED_TRACE(d.sentence);
+    EXPECT_NE(d.verdict, diagnosis::Verdict::explained);
+    EXPECT_NE(d.sentence.find(clause), std::string::npos);
+    ASSERT_FALSE(d.actions.empty());
+    EXPECT_EQ(d.actions.front().find("Check the connections first: " + clause), 0U) << d.actions.front();
+    ASSERT_FALSE(d.warnings.empty());
+    EXPECT_NE(d.warnings.front().find("may be exchanged"), std::string::npos) << d.warnings.front();
+    EXPECT_TRUE(d.extended_machine_text.empty());
+  };
+  expect_named(diagnosis::diagnose(meshed::reduced(), exchanged("T1", "T3"), {}), "T1 and T3 seem to be exchanged");
+  expect_named(diagnosis::diagnose(meshed::reduced(), exchanged("dy@1", "dz@1"), {}),
+               "dy@1 and dz@1 seem to be exchanged");
+  EXPECT_TRUE(diagnosis::diagnose(meshed::reduced(), clean, {}).connection.empty());
+}
+
 /// A wheel that wears: no expansion of a scale.
 TEST(DiagnoseOutside, ADriftOfAllDisplacementsOfAQuantityIsOneCause) {
   const Diagnosis d = diagnosis::diagnose(
