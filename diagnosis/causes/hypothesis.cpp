@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "diagnosis/causes/exchange_ids.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_text.h"
 #include "diagnosis/causes/machine_value.h"
@@ -162,15 +163,18 @@ MachineValue segment_value(Machine& machine, const std::string& id, const KindRo
 
 MachineValue exchange_value(Machine& machine, const std::string& id, const KindRow& row) {
   for (mesh::VolumeSpec& volume : machine.volumes) {
-    for (mesh::VolumeExchange& exchange : volume.exchanges) {
-      if (volume.id + "." + exchange.with != id) continue;
-      MachineValue value{"volume", volume.id, exchange.with, row.key, &exchange.conductance.value};
-      value.part_table = "exchange";
-      value.part_key = "with";
-      return value;
-    }
+    const std::vector<std::string> ids = exchange_ids(volume);
+    const auto at = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
+    if (at == ids.size()) continue;
+    mesh::VolumeExchange& exchange = volume.exchanges[at];
+    MachineValue value{"volume", volume.id, exchange.with, row.key, &exchange.conductance.value};
+    value.part_table = "exchange";
+    value.part_key = "with";
+    for (std::size_t i = 0; i < at; ++i) value.part_number += volume.exchanges[i].with == exchange.with;
+    return value;
   }
-  throw InputError("diagnosis", row.name + " of '" + id + "'", "<volume>.<with> of the machine");
+  throw InputError("diagnosis", row.name + " of '" + id + "'",
+                   "<volume>.<with> of the machine, of several with the same partner <volume>.<with>.<state>");
 }
 
 /// A volume states its content or its capacity; the machine knows the capacity, which is in proportion.

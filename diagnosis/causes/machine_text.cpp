@@ -113,10 +113,10 @@ const Statement* find_key(const std::vector<Statement>& all, const Section& sect
   return nullptr;
 }
 
-/// The table with that id among the headers in [from, to).
+/// The table with that id among the headers in [from, to). @param number  of tables with the same id, from 0
 bool find_table(const std::string& text, const std::vector<Statement>& all, const std::string& table,
                 const std::string& id, std::size_t from, std::size_t to, Section& section,
-                const std::string& id_key = "id") {
+                const std::string& id_key = "id", int number = 0) {
   for (std::size_t i = from; i < to; ++i) {
     if (!all[i].header || all[i].name != table) continue;
     section.first = i + 1;
@@ -124,7 +124,7 @@ bool find_table(const std::string& text, const std::vector<Statement>& all, cons
     while (section.last < all.size() && !all[section.last].header) ++section.last;
     const Statement* key = find_key(all, section, id_key);
     if (!key || key->end - key->begin < 2) continue;
-    if (text.compare(key->begin + 1, key->end - key->begin - 2, id) == 0) return true;
+    if (text.compare(key->begin + 1, key->end - key->begin - 2, id) == 0 && number-- == 0) return true;
   }
   return false;
 }
@@ -170,7 +170,7 @@ std::string changed_text(const std::string& text, const std::string& source, con
     std::size_t to = section.last;
     while (to < all.size() && !(all[to].header && !all[to].name.starts_with(place.table + "."))) ++to;
     const std::string table = place.table + "." + place.part_table;
-    if (!find_table(text, all, table, place.part, section.last, to, section, place.part_key)) {
+    if (!find_table(text, all, table, place.part, section.last, to, section, place.part_key, place.part_number)) {
       throw core::InputError(source, "no [[" + table + "]] '" + place.part + "' below " + what,
                              "a table with this header and " + place.part_key + ", so that its key can be changed");
     }

@@ -19,6 +19,7 @@ struct MachineValue {
   double per_unit = 1;                                  ///< `value` for 1 in the unit of the key
   std::string id_key = "id";                            ///< key that holds the id
   std::string part_table = "segment", part_key = "id";  ///< `[[<table>.<part_table>]]` whose part_key is `part`
+  int part_number = 0;                                  ///< of tables with the same part, from 0
   bool may_lack = false;                                ///< if absent, the table is added at the end of the file
 };
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "compensation/measurement/channel.h"
+#include "diagnosis/causes/exchange_ids.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_value.h"
@@ -186,11 +187,11 @@ bool balances(const mesh::VolumeSpec& volume, const Measurement& measurement) {
 void add_volumes(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::VolumeSpec& volume : machine.volumes) {
     if (!balances(volume, measurement)) continue;
-    for (const mesh::VolumeExchange& exchange : volume.exchanges) {
-      if (exchange.conductance.value > 0.0) {
-        found.push_back(
-            ratio(Kind::volume_exchange, volume.id + "." + exchange.with, exchange.conductance, least_film_std, 0.8));
-      }
+    const std::vector<std::string> ids = exchange_ids(volume);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const core::Uncertain& conductance = volume.exchanges[i].conductance;
+      if (conductance.value > 0.0)
+        found.push_back(ratio(Kind::volume_exchange, ids[i], conductance, least_film_std, 0.8));
     }
   }
 }

@@ -115,6 +115,10 @@ conductance_W_K = 1
 [[volume.exchange]]
 with = "air"
 conductance_W_K = { value = 4, std_percent = 30 }
+[[volume.exchange]]
+with = "air"
+conductance_W_K = 6
+state = "machine.on"
 )";
   return mesh::parse_machine(text, "rods/machine.toml");
 }
@@ -303,6 +307,11 @@ TEST(Hypothesis, AVolumesExchangeAndContentAreWrittenWhereTheyStand) {
   EXPECT_DOUBLE_EQ(leaking[1].exchanges[1].conductance.std_percent, 30.0);
   EXPECT_DOUBLE_EQ(leaking[1].exchanges[0].conductance.value, 1.0);
   EXPECT_DOUBLE_EQ(leaking[0].exchanges[0].conductance.value, 3.0);
+  // Another one with the same partner has its state in its name.
+  EXPECT_DOUBLE_EQ(leaking[1].exchanges[2].conductance.value, 6.0);
+  const auto open = written(Kind::volume_exchange, "cabinet.air.machine.on", 2.0);
+  EXPECT_DOUBLE_EQ(open[1].exchanges[1].conductance.value, 4.0);
+  EXPECT_DOUBLE_EQ(open[1].exchanges[2].conductance.value, 12.0);
   EXPECT_DOUBLE_EQ(written(Kind::volume_capacity, "tank", 1.5)[0].capacity.value, 30.0 * 4180.0);
   EXPECT_DOUBLE_EQ(written(Kind::volume_capacity, "cabinet", 0.5)[1].capacity.value, 2.5e4);
   const Parameter p = diagnosis::make_parameter(Kind::volume_capacity, "tank");
