@@ -301,20 +301,23 @@ std::string steps_action(const StepsSeen& seen) {
 
 std::string in_words(const StepsSeen& seen) {
   const std::string unit = seen.unit == "degC" ? "K" : seen.unit;
+  const std::string which = seen.quantity.empty()
+                                ? core::join(seen.channels, " and ")
+                                : "all " + std::to_string(seen.channels.size()) + " displacements together",
+                    most = seen.quantity.empty() ? "" : seen.quantity + " ";
   if (seen.creeps()) {
     const ReadingStep& creep = seen.steps.front();
     return fmt::format(
-        "{} creep by {:+.3g} +- {} {} with a time constant of about {:.0f} h from the beginning of the "
-        "record on",
-        core::join(seen.channels, " and "), creep.size, core::plain_number(creep.std, 2), unit,
-        creep.memory_s / core::units::hour);
+        "{} creep, {}by {:+.3g} +- {} {}, with a time constant of about {:.0f} h from the beginning of "
+        "the record on",
+        which, most, creep.size, core::plain_number(creep.std, 2), unit, creep.memory_s / core::units::hour);
   }
   std::vector<std::string> steps;
   for (const ReadingStep& step : seen.steps) {
     steps.push_back(fmt::format("by {:+.3g} +- {} {} at {:.2f} h", step.size, core::plain_number(step.std, 2), unit,
                                 step.from_s / core::units::hour));
   }
-  return fmt::format("{} changed suddenly {} of the record", core::join(seen.channels, " and "),
+  return fmt::format("{} changed suddenly{} {}{} of the record", which, most.empty() ? "" : ",", most,
                      core::join(steps, " and "));
 }
 

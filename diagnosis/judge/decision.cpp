@@ -422,6 +422,13 @@ StepsSeen steps_seen(const Problem& problem, const SearchResult& found) {
   const ReadingSteps& steps = beside ? found.beside_steps : found.unknown_steps;
   for (const std::size_t k : steps.channels) seen.channels.push_back(problem.observations.channels[k].channel.id);
   if (!seen.channels.empty()) seen.unit = problem.observations.channels[steps.channels.front()].channel.unit;
+  seen.quantity = steps.quantity;
+  if (!seen.quantity.empty()) {
+    for (const std::size_t k : steps.channels) {
+      const compensation::MeasuredChannel& channel = problem.observations.channels[k].channel;
+      if (channel.quantity == seen.quantity) seen.unit = channel.unit;
+    }
+  }
   seen.steps = steps.steps;
   return seen;
 }

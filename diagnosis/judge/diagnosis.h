@@ -58,7 +58,8 @@ struct NextMeasurement {
 
 /// Steps in readings that no kind of cause describes.
 struct StepsSeen {
-  std::vector<std::string> channels;  ///< that have these steps, all of the same size
+  std::vector<std::string> channels;  ///< that have these steps, all of the same size unless there is a quantity
+  std::string quantity;               ///< of several, whose sizes these are: the one that moves most
   std::string unit;                   ///< of their sizes
   std::vector<ReadingStep> steps;     ///< in the order of time; empty: there are none
 

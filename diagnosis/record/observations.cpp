@@ -234,6 +234,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     std::vector<Observations::MayHold> whiles = {{first, came, after, std, shown, true}};
     if (came < shown) whiles.push_back({came, shown, before, std, shown, false});
     found.emplace_back(change * gap, std::move(whiles));
+    out.open_changes.push_back({first, shown});
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   if (usual > long_row_s && !rows_at_changes && found.size() <= most_uncertain_changes) out.told_row_s = usual;

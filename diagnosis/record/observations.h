@@ -88,6 +88,11 @@ struct Observations {
     bool earlier;  ///< true: the span ends at the assumed time of the change; false: it begins there
   };
   std::vector<MayHold> may_hold;
+  /// All uncertain times of changes: s, of the row before the change and of the row that shows it.
+  struct OpenChange {
+    double from, shown;
+  };
+  std::vector<OpenChange> open_changes;
   /// Sample interval, s, if it is above long_row_s and may_hold contains every change; else 0.
   double told_row_s = 0;
   std::vector<std::string> left_out;       ///< channels with too few values for a fit

@@ -66,6 +66,8 @@ void append(const Observations& record, int number, Observations& all) {
     for (double* time : {&may.from, &may.to, &may.shown}) *time += record.offset.time;
     all.may_hold.push_back(std::move(may));
   }
+  for (const Observations::OpenChange& change : record.open_changes)
+    all.open_changes.push_back({change.from + record.offset.time, change.shown + record.offset.time});
   all.left_out.insert(all.left_out.end(), record.left_out.begin(), record.left_out.end());
   all.intervals += record.intervals;
   all.end = record.end + record.offset.time;

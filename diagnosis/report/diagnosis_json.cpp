@@ -77,6 +77,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   json["reading_steps"] = Json::array();
   for (const ReadingStep& step : diagnosis.steps.steps) {
     json["reading_steps"].push_back({{"channels", diagnosis.steps.channels},
+                                     {"quantity", diagnosis.steps.quantity},
                                      {"at_h", step.from_s / core::units::hour},
                                      {"size", step.size},
                                      {"std", step.std},

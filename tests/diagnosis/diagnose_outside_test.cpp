@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <random>
 
 #include "compensation/measurement/measurement.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/judge/action.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "mesh/machine/kinematics.h"
@@ -82,16 +84,16 @@ void expect_steps(const Diagnosis& d, const std::vector<std::string>& channels, 
   }
 }
 
-/// All displacements in one direction jump at 4 h and half back at 8 h.
+/// All displacements in one direction jump at 4 h and half back at 7 h.
 TEST(DiagnoseOutside, AToolThatSlipsIsNoScaleForSure) {
   const Diagnosis d = diagnosis::diagnose(meshed::reduced(),
                                           with_added(measured(meshed::machine_text(), 14), "dz",
                                                      [](double hour) {
-                                                       return hour > 8.0 ? 6.0 : hour > 4.0 ? 12.0 : 0.0;
+                                                       return hour > 7.0 ? 6.0 : hour > 4.0 ? 12.0 : 0.0;
                                                      }),
                                           {});
   expect_nothing_sure(d);
-  expect_steps(d, {"dz@1", "dz@2", "dz@3"}, {{4.0, 12.0}, {8.0, -6.0}}, 1.0);
+  expect_steps(d, {"dz@1", "dz@2", "dz@3"}, {{4.0, 12.0}, {7.0, -6.0}}, 1.0);
   EXPECT_NE(d.actions.front().find("dz@1 and dz@2 and dz@3 changed suddenly by"), std::string::npos)
       << d.actions.front();
 }
@@ -125,6 +127,27 @@ TEST(DiagnoseOutside, ACreepOfAFixtureIsNoScale) {
       << d.actions.front();
 }
 
+/// Rows of 300 +- 60 s of which none tells when an input changed: what that leaves is no step of a reading.
+TEST(DiagnoseOutside, AChangeAtAnUnknownTimeIsNoStep) {
+  for (const std::uint64_t seed : {21U, 22U, 23U}) {
+    compensation::Measurement record = measured(meshed::machine_text(), seed);
+    record.rows_at_changes = false;
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> apart(240.0, 360.0);
+    std::vector<Eigen::Index> kept = {0};
+    double next = apart(random);
+    for (Eigen::Index i = 1; i < record.data.values.rows(); ++i) {
+      if (record.data.values(i, 0) < next) continue;
+      kept.push_back(i);
+      next = record.data.values(i, 0) + apart(random);
+    }
+    record.data.values = record.data.values(kept, Eigen::all).eval();
+    const Diagnosis d = diagnosis::diagnose(meshed::reduced(), record, {});
+    EXPECT_TRUE(d.steps.steps.empty()) << seed << ": " << in_words(d.steps);
+    EXPECT_NE(d.verdict, diagnosis::Verdict::unexplained) << d.sentence;
+  }
+}
+
 TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
   const compensation::Measurement clean = measured(meshed::machine_text(), 16);
   const auto sensor = std::find_if(clean.channels.begin(), clean.channels.end(), [](const auto& channel) {
@@ -136,6 +159,23 @@ TEST(DiagnoseOutside, ASensorThatJumpsIsNoHeatSource) {
   expect_nothing_sure(d);
   expect_steps(d, {sensor->id}, {{5.0, 1.0}}, 0.2);
   EXPECT_NE(d.actions.front().find("a sensor or its cable that was touched"), std::string::npos) << d.actions.front();
+}
+
+/// The same in all directions, each by its own size.
+TEST(DiagnoseOutside, ACreepOfAllDisplacementsIsNoHeatSource) {
+  compensation::Measurement record = measured(meshed::machine_text(), 20);
+  for (const auto& [quantity, size] : {std::pair{"dx", 6.0}, {"dy", 6.0}, {"dz", 9.0}}) {
+    record = with_added(std::move(record), quantity,
+                        [size = size](double hour) { return size * (1.0 - std::exp(-hour / 2.0)); });
+  }
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(), record, {});
+  expect_nothing_sure(d);
+  ASSERT_TRUE(d.steps.creeps()) << d.sentence;
+  EXPECT_EQ(d.steps.channels.size(), 9U);
+  EXPECT_EQ(d.steps.quantity, "dz");
+  EXPECT_NEAR(d.steps.steps.front().size, 9.0, 1.5);
+  EXPECT_NE(d.actions.front().find("all 9 displacements together creep, dz by"), std::string::npos)
+      << d.actions.front();
 }
 
 /// Two sensors whose cables are exchanged, and two directions of a probe: no heat source, and no loose sensor.
