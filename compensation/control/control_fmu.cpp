@@ -17,6 +17,11 @@ namespace {
 
 constexpr const char* identifier = "thermotwin";
 
+/// Its name as in fmu_twin.h.
+const std::string log_categories =
+    "  <LogCategories>\n    <Category name=\"logStatusError\" description=\"why a call is refused\"/>\n"
+    "  </LogCategories>\n";
+
 /// CRC-32 of ISO 3309, as zip asks for it.
 std::uint32_t crc32(std::string_view bytes) {
   static const std::array<std::uint32_t, 256> table = [] {
@@ -70,7 +75,8 @@ std::string fmu2_description(const ControlData& data, const std::vector<std::str
     if (name.ends_with(".c")) text += fmt::format("      <File name=\"{}\"/>\n", name);
   }
   text += "    </SourceFiles>\n  </CoSimulation>\n  <UnitDefinitions>\n" + fmu_unit_definitions();
-  text += "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n  <ModelVariables>\n";
+  text += "  </UnitDefinitions>\n" + log_categories +
+          "  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n  <ModelVariables>\n";
   std::string outputs;
   int real = 0, integer = 0, index = 0;
   for (const FmuVariable& one : fmu_variables(data)) {
@@ -100,7 +106,8 @@ std::string fmu3_description(const ControlData& data) {
       "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
       "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"/>\n  <UnitDefinitions>\n",
       fmu_escaped(data.name), data.hash, fmu_purpose(data), identifier);
-  text += fmu_unit_definitions() + "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n";
+  text += fmu_unit_definitions() + "  </UnitDefinitions>\n" + log_categories +
+          "  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n";
   text += "  <ModelVariables>\n";
   std::string outputs;
   int reference = 0;

@@ -168,17 +168,33 @@ static void observe(tt_errors* e, double residual, double variance) {
   tt_axpy(all, residual / root, gain, e->theta);
 }
 
-void tt_errors_observe(tt_errors* e, const tt_innovation* innovation, double independent_s) {
+/* What the reading of a sensor changes by for each quantity, as e->row. */
+static void set_row(tt_errors* e, const tt_innovation* innovation) {
   const tt_sensor_model* m = model_of(e);
-  const int columns = tt_columns(m), all = tt_errors_count(m), sensor = innovation->sensor;
-  const double inflation = independent_s > 0.0 ? tt_max(1.0, correlation_s / independent_s) : 1.0;
+  const int columns = tt_columns(m), sensor = innovation->sensor;
   const double *seen = e->sensitivities.seen + (long)sensor * columns,
                *last = e->sensitivities.seen_last + (long)sensor * columns;
-  tt_zero(all, e->row);
+  tt_zero(tt_errors_count(m), e->row);
   for (int k = 0; k < columns; ++k) e->row[k] = (1.0 - innovation->moment) * last[k] + innovation->moment * seen[k];
   e->row[columns + sensor] = 1.0;
-  const double std = tt_reading_std(m->sensor_std[sensor], innovation->deviation);
+}
+
+void tt_errors_observe(tt_errors* e, const tt_innovation* innovation, double independent_s) {
+  const int all = tt_errors_count(model_of(e));
+  const double inflation = independent_s > 0.0 ? tt_max(1.0, correlation_s / independent_s) : 1.0;
+  const double std = tt_reading_std(model_of(e)->sensor_std[innovation->sensor], innovation->deviation);
+  set_row(e, innovation);
   observe(e, innovation->value - tt_dot(all, e->row, e->theta), std * std * inflation);
+}
+
+double tt_errors_surprise(tt_errors* e, const tt_innovation* innovation) {
+  const int all = tt_errors_count(model_of(e));
+  const double std = tt_reading_std(model_of(e)->sensor_std[innovation->sensor], innovation->deviation);
+  set_row(e, innovation);
+  tt_zero(all, e->gain);
+  tt_gemv(all, all, 1.0, e->sigma, e->row, e->gain);
+  return fabs(innovation->value - tt_dot(all, e->row, e->theta)) /
+         sqrt(std * std + tt_max(0.0, tt_dot(all, e->row, e->gain)));
 }
 
 void tt_errors_settle(tt_errors* e) {

@@ -63,6 +63,8 @@ void tt_errors_finish_advance(tt_errors* e); /* the uncertainty has grown, too *
 /* independent_s > 0: time that the readings stand for; 0: one independent sample. */
 void tt_errors_observe(tt_errors* e, const tt_innovation* innovation, double independent_s);
 void tt_errors_settle(tt_errors* e); /* after the last observation */
+/* Standard deviations, of the estimate and of the reading together, by which a reading is off. Changes scratch only. */
+double tt_errors_surprise(tt_errors* e, const tt_innovation* innovation);
 /* A probed TCP error. tool, table: (order x 3) rows of its translations, m; nominal: (order) state; error: (3) m, NaN
  * where not measured. */
 void tt_errors_learn(tt_errors* e, const double* tool, const double* table, const double* nominal, const double* error,

@@ -8,6 +8,7 @@
 #include "compensation/control/observer_start.h"
 #include "compensation/control/scalars.h"
 
+static const double most_surprise = 4.0; /* standard deviations */
 static const double rate_error_share = 0.2; /* of how fast what the start left fades at a sensor */
 
 void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* arena) {
@@ -115,6 +116,20 @@ void tt_observer_add_readings(tt_observer* o, const tt_moment* now, int inputs_l
     o->moment_sum[s] += moment;
     o->innovation_count[s] += 1.0;
   }
+}
+
+int tt_observer_is_contradicted(tt_observer* o, const tt_moment* now) {
+  const double ahead = ahead_of(now);
+  int present = 0, off = 0;
+  for (int s = 0; s < o->model->sensors->measured; ++s) {
+    if (!tt_is_finite(o->reading_K[s])) continue; /* trust counts little: in a pause all sensors become absent */
+    const double seen = now->seen[s] + ahead * now->seen_change[s];
+    const tt_innovation one = {s, o->reading_K[s] - o->model->sensor_offset[s] - seen, 1.0,
+                               seen + o->bias[s] - o->seen_start[s]};
+    ++present;
+    if (tt_errors_surprise(&o->errors, &one) > most_surprise) ++off;
+  }
+  return off >= (present > 2 ? 2 : 1);
 }
 
 void tt_observer_add_row(tt_observer* o, double duration) {

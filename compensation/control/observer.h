@@ -66,6 +66,9 @@ void tt_observer_reset(tt_observer* o); /* before the first row */
 /* Takes the readings of a row, (measured) degC, NaN where missing; NULL: none. row: (channels) as it holds. */
 void tt_observer_read(tt_observer* o, const double* sensors_C, const double* row);
 int tt_observer_any_reading(const tt_observer* o);
+/* Whether the readings that were taken last contradict the state: two of them, or one of one or two, are more than four
+ * standard deviations off. Not while a correction is in progress. */
+int tt_observer_is_contradicted(tt_observer* o, const tt_moment* now);
 
 /* Finds the uniform temperature, which sensors the others explain, and what earlier work has left. now: the time, and
  * the state that holds without sensors. */

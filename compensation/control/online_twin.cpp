@@ -126,33 +126,44 @@ struct OnlineTwin::Work {
     for (const Index channel : absent) twin->untold[channel] = 1;
   }
 
-  /// The first row after a saved state.
-  void go_on(double at) {
+  void start_cold() {
+    twin.begin_anew();
+    was_loaded = false;
+    tell_absent();
+  }
+
+  /// The first row after a saved state. @param sensors_C  its readings; nullptr: none
+  void go_on(double at, const double* sensors_C) {
     const double pause = at - time();
     if (pause > static_cast<double>(TT_LONGEST_PAUSE_S)) {
       core::warn(fmt::format("the saved state is {:.1f} days older than the first row, more than {} days: cold start",
                              pause / 86400.0, TT_LONGEST_PAUSE_S / 86400));
-      twin.begin_anew();
-      was_loaded = false;
-      tell_absent();
+      start_cold();
     } else if (pause > options.compensator.correction_s) {
       core::log_line(fmt::format("pause of {:.0f} s since the saved state: computed as a machine that is off", pause));
       tt_twin_pass_pause(twin.get(), at);
       begin_offsets_anew();
+      if (tt_twin_contradicts_pause(twin.get(), sensors_C) != 0) {
+        core::warn(
+            fmt::format("the readings at {} s contradict a machine that was off for {:.0f} s: start anew from "
+                        "the readings, as beside a warm machine",
+                        at, pause));
+        start_cold();
+      }
     }
     was_loaded = false;
   }
 
   const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
     check_row(at, told, sensors_C);
-    if (was_loaded) go_on(at);
+    const bool has_readings = options.compensator.use_sensors && sensors_C.size() > 0;
+    if (was_loaded) go_on(at, has_readings ? sensors_C.data() : nullptr);
     if (at - time() > longest_gap_s) {
       throw core::InputError("online twin time", fmt::format("{} s after {} s", at, time()),
                              fmt::format("rows at most {} s apart", longest_gap_s));
     }
-    const double before = time();
+    const double before = time();  // NaN before the first row
     offsets.before_um = Map<const VectorXd>(twin->offset_um, data().linear_axes);
-    const bool has_readings = options.compensator.use_sensors && sensors_C.size() > 0;
     const int status = tt_twin_row(twin.get(), at, told.data(), has_readings ? sensors_C.data() : nullptr);
     if (!std::isnan(before)) add_to_means(at - before, has_readings ? sensors_C : VectorXd());
     return write(at, status);

@@ -15,6 +15,10 @@ enum { TT_LONGEST_PAUSE_S = 7 * 86400 }; /* a state that is older says less than
 /* Rows of a machine that is off, from the last row up to a millisecond before the time. */
 void tt_twin_pass_pause(tt_twin* twin, double until);
 
+/* Whether readings contradict such a pause: the machine was at work then, and the caller starts anew from the readings.
+ * sensors_C: as of tt_twin_row, of the row after the pause. */
+int tt_twin_contradicts_pause(tt_twin* twin, const double* sensors_C);
+
 #ifdef __cplusplus
 }
 #endif

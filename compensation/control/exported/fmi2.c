@@ -24,7 +24,8 @@ static void* own_allocate(size_t count, size_t size) { return calloc(count, size
 
 static fmi2Status complain(const instance* i, fmi2Status status, const char* text) {
   if (i->callbacks.logger)
-    i->callbacks.logger(i->callbacks.componentEnvironment, i->name ? i->name : "", status, "error", "%s", text);
+    i->callbacks.logger(i->callbacks.componentEnvironment, i->name ? i->name : "", status, FMU_LOG_CATEGORY, "%s",
+                        text);
   return status;
 }
 
@@ -168,27 +169,32 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
   const instance* i = (const instance*)c;
-  if (!i) return fmi2Error;
-  for (size_t k = 0; k < n; ++k) {
+  if (!i || i->now == terminated) return not_now(i, "fmi2SetReal");
+  for (size_t k = 0; k < n; ++k)
     if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, fmi2Error, "no input of this reference");
-    fmu_set(i->twin, (int)r[k], v[k]);
-  }
+  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, (int)r[k], v[k]);
   return fmi2OK;
+}
+
+/* Of a type that no variable to be set has. */
+static fmi2Status set_none(const instance* i, size_t n) {
+  if (!i) return fmi2Error;
+  return n == 0 ? fmi2OK : complain(i, fmi2Error, "all inputs are real");
 }
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer v[]) {
   (void)r, (void)v;
-  return c && n == 0 ? fmi2OK : fmi2Error;
+  return set_none((const instance*)c, n);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[]) {
   (void)r, (void)v;
-  return c && n == 0 ? fmi2OK : fmi2Error;
+  return set_none((const instance*)c, n);
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[]) {
   (void)r, (void)v;
-  return c && n == 0 ? fmi2OK : fmi2Error;
+  return set_none((const instance*)c, n);
 }
 
 /* A copied state: phase, start and stop, then the twin's. */
@@ -216,7 +222,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
   instance* i = (instance*)c;
   copied head;
-  if (!i || !state) return fmi2Error;
+  if (!i) return fmi2Error;
+  if (!state) return complain(i, fmi2Error, "fmi2SetFMUstate: no state is given");
   memcpy(&head, state, sizeof head);
   if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
     return complain(i, fmi2Error, "not a state of this model");

@@ -17,14 +17,17 @@ typedef struct instance {
   fmu_twin* twin;
   fmi3InstanceEnvironment environment;
   fmi3LogMessageCallback log;
+  fmi3Boolean is_logging;
   double start, stop; /* HUGE_VAL: none */
   phase now;
 } instance;
 
 static fmi3Status complain(const instance* i, const char* text) {
-  if (i->log) i->log(i->environment, fmi3Error, "error", text);
+  if (i->log && i->is_logging) i->log(i->environment, fmi3Error, FMU_LOG_CATEGORY, text);
   return fmi3Error;
 }
+
+static const char for_co_simulation[] = "this FMU is for co-simulation";
 
 /* A call that the state of the instance does not allow. */
 static fmi3Status not_now(const instance* i, const char* function) {
@@ -38,24 +41,28 @@ static fmi3Status not_now(const instance* i, const char* function) {
 const char* fmi3GetVersion(void) { return "3.0"; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-  (void)on, (void)n, (void)categories;
-  return c ? fmi3OK : fmi3Error;
+  (void)n, (void)categories;
+  if (!c) return fmi3Error;
+  ((instance*)c)->is_logging = on;
+  return fmi3OK;
 }
 
-static fmi3Instance refuse(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+static fmi3Instance refuse(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3Boolean logging,
+                           const char* why) {
   instance none;
   memset(&none, 0, sizeof none);
   none.environment = environment;
   none.log = log;
-  complain(&none, "this FMU is for co-simulation");
+  none.is_logging = logging;
+  complain(&none, why);
   return NULL;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log) {
-  (void)name, (void)token, (void)resources, (void)visible, (void)logging;
-  return refuse(environment, log);
+  (void)name, (void)token, (void)resources, (void)visible;
+  return refuse(environment, log, logging, for_co_simulation);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
@@ -63,8 +70,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
                                                fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                                fmi3ClockUpdateCallback update, fmi3PreemptionCallback lock,
                                                fmi3PreemptionCallback unlock) {
-  (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
-  return refuse(environment, log);
+  (void)name, (void)token, (void)resources, (void)visible, (void)update, (void)lock, (void)unlock;
+  return refuse(environment, log, logging, for_co_simulation);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -73,10 +80,13 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update) {
   const char* why = "no memory";
-  instance* i = (instance*)calloc(1, sizeof *i);
-  (void)name, (void)visible, (void)logging, (void)events, (void)early_return, (void)between, (void)n_between;
-  (void)update;
+  instance* i;
+  (void)name, (void)visible, (void)early_return, (void)between, (void)update;
+  if (events) return refuse(environment, log, logging, "eventModeUsed: this FMU has no event mode");
+  if (n_between > 0) return refuse(environment, log, logging, "this FMU has no intermediate variables");
+  i = (instance*)calloc(1, sizeof *i);
   if (!i) return NULL;
+  i->is_logging = logging;
   i->environment = environment;
   i->log = log;
   i->stop = HUGE_VAL;
@@ -183,11 +193,11 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[],
                           size_t values) {
   const instance* i = (const instance*)c;
-  if (!i || values != n) return fmi3Error;
-  for (size_t k = 0; k < n; ++k) {
+  if (!i || i->now == terminated) return not_now(i, "fmi3SetFloat64");
+  if (values != n) return complain(i, "fmi3SetFloat64: as many values as references are needed");
+  for (size_t k = 0; k < n; ++k)
     if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, "no input of this reference");
-    fmu_set(i->twin, (int)r[k], v[k]);
-  }
+  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, (int)r[k], v[k]);
   return fmi3OK;
 }
 
@@ -206,7 +216,8 @@ fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, 
 
 fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Int32 v[], size_t values) {
   (void)r, (void)v;
-  return c && n == 0 && values == 0 ? fmi3OK : fmi3Error;
+  if (!c) return fmi3Error;
+  return n == 0 && values == 0 ? fmi3OK : complain((const instance*)c, "all inputs are of type Float64");
 }
 
 /* A copied state: phase, start and stop, then the twin's. */
@@ -230,7 +241,8 @@ fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* state) {
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
   instance* i = (instance*)c;
   copied head;
-  if (!i || !state) return fmi3Error;
+  if (!i) return fmi3Error;
+  if (!state) return complain(i, "fmi3SetFMUState: no state is given");
   memcpy(&head, state, sizeof head);
   if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
     return complain(i, "not a state of this model");

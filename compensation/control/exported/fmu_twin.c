@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { longest_path = 4096 };
+enum { longest_path = 4096, longest_model = 1 << 30 };
 #define FMU_NOT_GIVEN (-1e29)
 #define FMU_START_NOT_GIVEN (-1e30)
 
@@ -29,7 +29,9 @@ static int path_of(const char* uri, char* path) {
   for (; *uri; ++uri) {
     if (n + 16 > longest_path) return 0;
     if (*uri == '%' && hexadecimal(uri[1]) >= 0 && hexadecimal(uri[2]) >= 0) {
-      path[n++] = (char)(16 * hexadecimal(uri[1]) + hexadecimal(uri[2]));
+      const int code = 16 * hexadecimal(uri[1]) + hexadecimal(uri[2]);
+      if (code == 0) return 0;
+      path[n++] = (char)code;
       uri += 2;
     } else {
       path[n++] = *uri;
@@ -47,7 +49,7 @@ static unsigned char* read_whole(const char* path, fmu_allocate allocate, fmu_fr
   long length = -1;
   if (!file) return NULL;
   if (fseek(file, 0, SEEK_END) == 0) length = ftell(file);
-  if (length > 0 && fseek(file, 0, SEEK_SET) == 0) {
+  if (length > 0 && length <= longest_model && fseek(file, 0, SEEK_SET) == 0) {
     *size = (size_t)length;
     bytes = (unsigned char*)allocate(*size + 8, 1);
     if (bytes && fread(bytes, 1, *size, file) != *size) {
@@ -95,7 +97,7 @@ static const char* make_room(fmu_twin* f) {
   f->state = f->allocate(tt_twin_state_bytes(&f->model) + 8, 1);
   f->work = f->allocate(tt_twin_work_bytes(&f->model) + 8, 1);
   f->given = (double*)f->allocate((size_t)fmu_inputs(f) + 1, sizeof(double));
-  f->inputs = (double*)f->allocate((size_t)fmu_inputs(f) + 1, sizeof(double));
+  f->inputs = (double*)f->allocate(2 * (size_t)fmu_inputs(f) + 1, sizeof(double));
   return f->state && f->work && f->given && f->inputs ? NULL : "no memory";
 }
 
@@ -132,9 +134,14 @@ static void restart(fmu_twin* f) {
   f->is_current = 0;
 }
 
+/* 1: the input was set; behind the inputs, so that it is saved with them. */
+static double* was_set(const fmu_twin* f) { return f->inputs + fmu_inputs(f); }
+
 void fmu_set(fmu_twin* f, int input, double value) {
   f->inputs[input] = value;
   f->is_current = 0;
+  if (input < f->model.channels && was_set(f)[input] == 0.0) f->twin.untold[input] = 0;
+  was_set(f)[input] = 1.0;
 }
 
 void fmu_begin(fmu_twin* f) {
@@ -144,6 +151,7 @@ void fmu_begin(fmu_twin* f) {
     f->inputs[k] = isnan(usual) ? FMU_START_NOT_GIVEN : usual;
   }
   for (int k = f->model.channels; k < fmu_inputs(f); ++k) f->inputs[k] = FMU_START_NOT_GIVEN;
+  for (int k = 0; k < fmu_inputs(f); ++k) was_set(f)[k] = 0.0;
 }
 
 static int row(fmu_twin* f, double time) {
@@ -156,6 +164,9 @@ static int row(fmu_twin* f, double time) {
 const char* fmu_first(fmu_twin* f, double start) {
   if (f->is_current) return NULL;
   restart(f);
+  /* Nothing is connected to an input that nobody has set: its value is a guess. */
+  for (int k = 0; k < f->model.channels; ++k)
+    if (was_set(f)[k] == 0.0 && !isnan(f->model.channel_default[k])) tt_twin_never_given(&f->twin, k);
   if (row(f, start) < 0) return "the start is no time";
   f->is_current = 1;
   return NULL;
@@ -169,8 +180,8 @@ const char* fmu_step(fmu_twin* f, double time, double step, double stop) {
   return row(f, time + step) < 0 ? "the step does not lead on in time" : NULL;
 }
 
-/* Inputs, time, then the twin's own saved state. */
-static size_t head_bytes(const fmu_twin* f) { return ((size_t)fmu_inputs(f) + 1) * sizeof(double); }
+/* Time, inputs and which of them were set, then the twin's own saved state. */
+static size_t head_bytes(const fmu_twin* f) { return (2 * (size_t)fmu_inputs(f) + 1) * sizeof(double); }
 size_t fmu_state_bytes(const fmu_twin* f) { return head_bytes(f) + tt_twin_saved_bytes(&f->model); }
 
 void fmu_save(const fmu_twin* f, void* bytes) {

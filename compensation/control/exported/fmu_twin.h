@@ -8,6 +8,8 @@
 #include "model_bytes.h"
 #include "twin.h"
 
+#define FMU_LOG_CATEGORY "logStatusError" /* as the description states it */
+
 typedef void* (*fmu_allocate)(size_t count, size_t size); /* of zeros */
 typedef void (*fmu_free)(void*);
 
@@ -17,7 +19,7 @@ typedef struct fmu_twin {
   unsigned char* bytes;
   const char** texts;
   void *state, *work;
-  double *given, *inputs; /* (channels, then sensors) scratch; as they were set */
+  double *given, *inputs; /* (channels, then sensors) scratch; as they were set, then whether */
   double time;
   int is_current; /* while it is initialised: outputs are those of the inputs */
   tt_model model;
@@ -30,6 +32,7 @@ fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocat
 int fmu_inputs(const fmu_twin* f); /* channels and sensors */
 int fmu_outputs(const fmu_twin* f);
 double fmu_output(const fmu_twin* f, int i);
+/* A channel that was never set counts as one without a column (tt_twin_never_given). */
 void fmu_set(fmu_twin* f, int input, double value);
 int fmu_integers(const fmu_twin* f);
 int fmu_integer(const fmu_twin* f, int i);

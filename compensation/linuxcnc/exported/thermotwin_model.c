@@ -103,6 +103,11 @@ static int load(tt_twin* twin, const char* path, double* after, uint64_t* sessio
   return 1;
 }
 
+static void start_cold(tt_twin* twin) {
+  memset(state_block, 0, sizeof state_block);
+  tt_twin_begin(twin, twin->model, state_block, work_block);
+}
+
 /* The offset to add to the pins' time so that the twin's time rises. */
 static double shift_after_start(tt_twin* twin, const model_row* row, int loaded, uint64_t session) {
   const double pause = row->time_s - twin->now->time;
@@ -114,11 +119,14 @@ static double shift_after_start(tt_twin* twin, const model_row* row, int loaded,
   if (row->session == session) return 0.0;
   if (pause > TT_LONGEST_PAUSE_S) {
     say("state", "is older than 7 days; the start is cold");
-    memset(state_block, 0, sizeof state_block);
-    tt_twin_begin(twin, twin->model, state_block, work_block);
+    start_cold(twin);
     return 0.0;
   }
   tt_twin_pass_pause(twin, row->time_s);
+  if (tt_twin_contradicts_pause(twin, row->sensors_C)) {
+    say("state", "the readings contradict a machine that was off; starts anew from the readings");
+    start_cold(twin);
+  }
   return 0.0;
 }
 

@@ -50,6 +50,15 @@ protected:
                                      true, false, false, no_references, std::size_t{0}, environment, &log_message3,
                                      update);
   }
+  /// With events, and with intermediate variables.
+  Instance instantiate_with(bool events, std::size_t between, bool logging) const {
+    const std::string resources = (folder_.path() / "fmu/resources/").string();
+    const unsigned references[] = {0};
+    const unsigned* r = references;
+    void *environment = nullptr, *update = nullptr;
+    return importer_->call<Instance>("fmi3InstantiateCoSimulation", "one", token_.c_str(), resources.c_str(), false,
+                                     logging, events, false, r, between, environment, &log_message3, update);
+  }
   Instance begun(const VectorXd& row) const {
     const Instance c = instantiate(token_);
     EXPECT_NE(c, nullptr);
@@ -99,6 +108,24 @@ protected:
   std::optional<Importer> importer_;
   std::string token_;
 };
+
+TEST_F(Fmu3, WhatTheDescriptionDoesNotStateIsRefused) {
+  logged3 = 0;
+  EXPECT_EQ(instantiate_with(true, 0, true), nullptr) << "event mode";
+  EXPECT_EQ(instantiate_with(false, 1, true), nullptr) << "intermediate variables";
+  EXPECT_EQ(logged3, 2);
+  EXPECT_EQ(instantiate_with(true, 0, false), nullptr);
+  EXPECT_EQ(logged3, 2) << "without logging";
+  const Instance c = instantiate_with(false, 0, false);
+  ASSERT_NE(c, nullptr);
+  EXPECT_EQ(importer_->call("fmi3ExitInitializationMode", c), 3);
+  EXPECT_EQ(logged3, 2);
+  EXPECT_EQ(importer_->call("fmi3SetDebugLogging", c, true, std::size_t{0}, static_cast<const char* const*>(nullptr)),
+            0);
+  EXPECT_EQ(importer_->call("fmi3ExitInitializationMode", c), 3);
+  EXPECT_EQ(logged3, 3);
+  importer_->call<void>("fmi3FreeInstance", c);
+}
 
 TEST_F(Fmu3, HasTheBitsOfTheCoreAndOfASerialisedState) {
   const solver::OperatingModel operating(lumps().machine, lumps().system.layout);

@@ -258,6 +258,53 @@ TEST_F(Fmu, StartValuesAndOutputsWhileItIsInitialisedAreThoseOfTheDescription) {
   fmu.call<void>("fmi2FreeInstance", c);
 }
 
+// Nothing is connected to an input that is never set: its heat is unknown, not zero for sure.
+TEST_F(Fmu, AnInputThatNobodySetsIsUncertain) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const Importer& fmu = *importer_;
+  const VectorXd row = row_at(operating.channels(), 0.0);
+  const Component known = begun(fmu, row), open = instantiate(fmu, guid_), late = instantiate(fmu, guid_);
+  constexpr unsigned spindle = 1;
+  for (const Component c : {open, late}) {
+    for (unsigned k = 0; k < row.size(); ++k) {
+      const double value = std::isnan(row[k]) ? -1e30 : row[k];
+      if (k != spindle) {
+        EXPECT_EQ(fmu.call("fmi2SetReal", c, &k, std::size_t{1}, &value), 0);
+      }
+    }
+    EXPECT_EQ(fmu.call("fmi2EnterInitializationMode", c), 0);
+    EXPECT_EQ(fmu.call("fmi2ExitInitializationMode", c), 0);
+  }
+  // Importers that set the inputs just before the first step.
+  const double speed = row[spindle];
+  EXPECT_EQ(fmu.call("fmi2SetReal", late, &spindle, std::size_t{1}, &speed), 0);
+  for (int i = 0; i < 120; ++i)
+    for (const Component c : {known, open, late}) ASSERT_EQ(fmu.call("fmi2DoStep", c, 60.0 * i, 60.0, 1), 0);
+  const double least = offsets(fmu, known).tail(3).maxCoeff();
+  EXPECT_GT(offsets(fmu, open).tail(3).maxCoeff(), 1.5 * least);
+  EXPECT_LT(offsets(fmu, late).tail(3).maxCoeff(), 1.05 * least);
+  for (const Component c : {known, open, late}) fmu.call<void>("fmi2FreeInstance", c);
+}
+
+TEST_F(Fmu, ValuesThatAreRefusedChangeNothing) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const Importer& fmu = *importer_;
+  const VectorXd row = row_at(operating.channels(), 0.0);
+  const Component c = begun(fmu, row);
+  const unsigned references[] = {1, 5000};
+  const double values[] = {row[1] + 100.0, 0.0};
+  const unsigned* r = references;
+  const double* v = values;
+  double now = 0.0;
+  EXPECT_EQ(fmu.call("fmi2SetReal", c, r, std::size_t{2}, v), 3);
+  EXPECT_EQ(fmu.call("fmi2GetReal", c, r, std::size_t{1}, &now), 0);
+  EXPECT_EQ(now, row[1]);
+  EXPECT_EQ(fmu.call("fmi2Terminate", c), 0);
+  EXPECT_EQ(fmu.call("fmi2SetReal", c, r, std::size_t{1}, v), 3) << "after the end";
+  EXPECT_EQ(fmu.call("fmi2GetReal", c, r, std::size_t{1}, &now), 0);
+  fmu.call<void>("fmi2FreeInstance", c);
+}
+
 // Two FMUs in one program: functions have the prefix, all other names that of the FMU.
 TEST_F(Fmu, SourcesHonourThePrefixAndShareNoOtherName) {
   const std::string sources = (folder_.path() / "fmu/sources").string();
@@ -300,6 +347,7 @@ TEST_F(Fmu, DescriptionNamesEveryVariableWithUnitAndStart) {
       EXPECT_NE(xml.find("<File name=\"" + name.substr(8) + "\"/>"), std::string::npos) << name;
     }
   }
+  EXPECT_NE(xml.find("<Category name=\"logStatusError\""), std::string::npos);
   if (std::system("command -v unzip > /dev/null 2>&1") == 0) {
     EXPECT_EQ(std::system(("unzip -tq " + (folder_.path() / "twin.fmu").string() + " > /dev/null").c_str()), 0);
   }
@@ -316,6 +364,7 @@ TEST_F(Fmu, LibraryNeedsLibcAndLibmAloneAndItsSourcesBuildIt) {
   for (const std::string& library : {folder + "/binaries/linux64/thermotwin.so", built}) {
     const std::string others = "readelf -d " + library + " | grep NEEDED | grep -v 'lib[cm]\\.so' > /dev/null";
     EXPECT_NE(std::system(others.c_str()), 0) << library;
+    EXPECT_NE(std::system(("readelf -d " + library + " | grep -qE 'RPATH|RUNPATH'").c_str()), 0) << library;
   }
   const std::string hidden = "nm -D --defined-only " + folder + "/binaries/linux64/thermotwin.so | grep -v ' fmi2'";
   EXPECT_NE(std::system(hidden.c_str()), 0) << "only the standard's functions are visible";

@@ -52,7 +52,8 @@ inline std::map<std::string, std::string> unpacked(const std::string& archive) {
     const std::size_t name = number_at(archive, at + 28, 2), size = number_at(archive, at + 24, 4);
     const std::size_t local = number_at(archive, at + 42, 4);
     EXPECT_EQ(number_at(archive, local, 4), 0x04034B50U);
-    files[archive.substr(at + 46, name)] = archive.substr(local + 30 + name, size);
+    const std::string entry = archive.substr(at + 46, name);
+    EXPECT_TRUE(files.emplace(entry, archive.substr(local + 30 + name, size)).second) << entry << " twice";
     at += 46 + name;
   }
   return files;

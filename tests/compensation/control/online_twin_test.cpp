@@ -348,6 +348,39 @@ TEST_F(SavedState, APauseEndsTheWorkAndMovesNoAxis) {
   EXPECT_GT((resumed.state() - twin.state()).cwiseAbs().maxCoeff(), 2.0) << "K: the pause has to matter";
 }
 
+/// The machine worked on for more than an hour while nobody computed it.
+TEST_F(SavedState, APauseThatTheReadingsContradictStartsAnew) {
+  OnlineTwin twin(machine_model());
+  run(twin, 0, 400);
+  const std::string saved = twin.saved();
+  std::size_t i = 400;
+  while (truth_.time[i] < truth_.time[399] + 4000.0) ++i;
+  OnlineTwin resumed(machine_model()), off(machine_model()), kept(machine_model());
+  resumed.load(saved);
+  const auto cold_at = [](double time, const VectorXd& row, const VectorXd& readings) {
+    OnlineTwin cold(machine_model());
+    cold.step(time, row, readings);
+    return cold.saved();
+  };
+  resumed.step(truth_.time[i], truth_.rows[i], readings_[i]);
+  EXPECT_TRUE(resumed.saved() == cold_at(truth_.time[i], truth_.rows[i], readings_[i]));
+  // Readings of a machine that was off contradict nothing.
+  off.load(saved);
+  off.pass_pause(truth_.time[i]);
+  kept.load(saved);
+  const VectorXd still = noisy(off.predicted_sensors_C(), noise_);
+  kept.step(truth_.time[i], truth_.rows[i], still);
+  EXPECT_FALSE(kept.saved() == cold_at(truth_.time[i], truth_.rows[i], still));
+  EXPECT_LT((kept.predicted_sensors_C() - off.predicted_sensors_C()).cwiseAbs().maxCoeff(), 0.5) << "goes on";
+  // One sensor alone may be faulty.
+  OnlineTwin beside(machine_model());
+  VectorXd one = still;
+  one[0] += 10.0;
+  beside.load(saved);
+  beside.step(truth_.time[i], truth_.rows[i], one);
+  EXPECT_FALSE(beside.saved() == cold_at(truth_.time[i], truth_.rows[i], one));
+}
+
 TEST_F(SavedState, AShortGapIsNoPauseAndAVeryLongOneStartsCold) {
   OnlineTwin twin(machine_model());
   run(twin, 0, 300);
