@@ -40,7 +40,14 @@ std::string write_axis_errors(const std::filesystem::path& folder, const compens
   const auto left = [](const Eigen::Vector3d& um) {
     return fmt::format("x {:.2f}, y {:.2f}, z {:.2f} um", um[0], um[1], um[2]);
   };
-  const std::string text = fmt::format("tables along the axes leave {} over the workspace", left(tables.left_um));
+  std::string text = fmt::format("tables along the axes leave {} over the workspace", left(tables.left_um));
+  for (const compensation::AxisErrors& table : tables.axes) {
+    const char direction = "xyz"[table.along];
+    const std::string of = core::lower(table.axis);
+    if (!of.starts_with(direction))
+      text += fmt::format("; axis {} moves along {}: its positioning error is e{}{}_um", table.axis, direction,
+                          direction, of);
+  }
   if (tables.rotary.empty()) return text;
   std::vector<std::string> at, between;
   for (const compensation::RotaryRange& axis : tables.rotary) {

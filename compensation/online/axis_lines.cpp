@@ -123,6 +123,7 @@ ErrorTables error_tables(const OnlineModel& model, const mesh::Machine& machine)
   tables.at_middle = error_um(model, middle);
   for (const int axis : axes) {
     AxisErrors along{machine.axes[axis].id, travel_of(machine, axis).even(), Eigen::MatrixXd(6, positions)};
+    machine.axes[axis].direction.cwiseAbs().maxCoeff(&along.along);
     for (Index i = 0; i < positions; ++i)
       along.errors.col(i) = error_um(model, with(middle, axis, along.position[i])) - tables.at_middle;
     tables.axes.push_back(std::move(along));

@@ -40,7 +40,8 @@ std::vector<AxisLine> axis_lines(const OnlineModel& model, const OutputMap& map,
 struct AxisErrors {
   std::string axis;
   Eigen::VectorXd position;  ///< (positions) m
-  Eigen::MatrixXd errors;    ///< (6 x positions) dx dy dz um, ra rb rc um/m
+  Eigen::MatrixXd errors;    ///< (6 x positions) dx dy dz um, ra rb rc um/m, along the axes of machine.toml
+  int along = 0;             ///< 0 x, 1 y, 2 z of machine.toml: direction in which it moves most
 };
 
 /// Where a rotary axis stands for the tables, and between which positions they are judged, rad.

@@ -311,6 +311,40 @@ TEST_F(Serve, AnUnreadableCellIsNamed) {
   EXPECT_SAYS(result.err, "'fast'");
 }
 
+TEST_F(Serve, ALineThatIsTooLongEndsNothing) {
+  const Result result = thermotwin(arguments(), header + row(0) + std::string(300000, '7') + "\n" + row(60));
+  EXPECT_EQ(result.status, 0) << result.err;
+  const std::vector<Served> answers = all_served(result.out);
+  ASSERT_EQ(answers.size(), 3U) << result.out;
+  EXPECT_SAYS(answers[1].status, "row=unreadable");
+  EXPECT_EQ(answers[2].time, 60.0);
+  EXPECT_EQ(result.out.find("model=gone"), std::string::npos) << result.out;
+  EXPECT_SAYS(result.err, "a line of more than");
+}
+
+/// The age of the state is known: a clock that was set while nothing ran is no pause of the machine.
+TEST_F(Serve, AClockThatIsSetBetweenTwoRunsIsNoPause) {
+  const std::string path = file("twin.socket");
+  const auto serve = [&](double time) {
+    Program program(arguments({"--socket", path}));
+    Served last;
+    {
+      const Socket client(path);
+      client.send(header + row(time));
+      EXPECT_TRUE(client.line().starts_with("time_s,"));
+      last = served_of(client.line());
+    }
+    program.send(SIGTERM);
+    const Result result = program.wait();
+    EXPECT_EQ(result.err.find("pause of"), std::string::npos) << result.err;
+    return last;
+  };
+  EXPECT_EQ(serve(1000).status.find("clock="), std::string::npos);
+  const Served after = serve(1000 + 3600);
+  EXPECT_EQ(after.time, 4600.0) << "as the row states it";
+  EXPECT_SAYS(after.status, "clock=ahead");
+}
+
 TEST_F(Serve, AFullDiskEndsNoControl) {
   Surroundings full;
   full.largest_file = 1000;
@@ -371,6 +405,10 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
       thermotwin({"compensate", (toy_run() / "reference.rom.h5").string()}, rows_to(7200 + 8 * warm_step_s));
   const Served wanted = served_of(last_line_of(alone.out));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(last.offset[c], wanted.offset[c], 0.03 * std::abs(wanted.offset[2]) + 0.1);
+  // And a third one, while the second saves to the file of its own takeover.
+  replace(toy_run() / "model.rom.h5");
+  EXPECT_NE(statuses.find("model=new"), std::string::npos);
+  run(2, warm_step_s);
   // The new one goes on from its own state, too.
   EXPECT_EQ(kill_all("model"), 1);
   const auto killed = Clock::now();
@@ -383,6 +421,8 @@ TEST_F(Serve, ANewModelIsTakenOverWithoutAJumpAndABrokenOneIsNot) {
   EXPECT_SAYS(result.err, "is taken over");
   EXPECT_TRUE(std::filesystem::exists(state() + ".before"));
   EXPECT_FALSE(std::filesystem::exists(state() + ".next"));
+  EXPECT_FALSE(std::filesystem::exists(state() + ".next2"));
+  EXPECT_EQ(result.err.find("another process goes on from this state"), std::string::npos) << result.err;
   const Result again = thermotwin(arguments(), header + row(time + 60));
   EXPECT_EQ(again.status, 0) << again.err;
   EXPECT_GT(std::abs(all_served(again.out).at(0).offset[2]), 5.0) << "goes on from the new model's state";

@@ -87,6 +87,14 @@ TEST_F(AxisLines, NoOtherSlopeLeavesLessSquares) {
 
 TEST_F(AxisLines, TablesHoldTheErrorsAlongTheAxes) {
   const ErrorTables tables = error_tables(compensator_, model_.machine);
+  // An axis may move in another direction of machine.toml than its letter says.
+  mesh::Machine other = model_.machine;
+  for (auto& axis : other.axes) axis.direction = {axis.direction.z(), -axis.direction.x(), axis.direction.y()};
+  const ErrorTables of_other = error_tables(compensator_, other);
+  for (std::size_t a = 0; a < tables.axes.size(); ++a) {
+    EXPECT_EQ(std::string("XYZ").find(tables.axes[a].axis), static_cast<std::size_t>(tables.axes[a].along));
+    EXPECT_EQ(of_other.axes[a].along, (tables.axes[a].along + 1) % 3);
+  }
   ASSERT_EQ(tables.axes.size(), lines_.size());
   mesh::Pose middle = compensator_.pose();
   for (std::size_t k = 0; k < lines_.size(); ++k) {

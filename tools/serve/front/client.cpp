@@ -15,6 +15,11 @@
 #include "core/progress.h"
 
 namespace thermotwin::tools {
+namespace {
+
+constexpr std::size_t shown_of_long = 80;  ///< characters of a line that is too long; its row is unreadable
+
+}  // namespace
 
 Client::~Client() {
   if (is_socket_) ::close(in_);
@@ -48,8 +53,13 @@ std::string Client::line() {
     at_ = 0;
     return {};
   }
-  std::string line = text_.substr(at_, end + 1 - at_);
+  const bool is_too_long = end + 1 - at_ > longest_row;
+  std::string line = text_.substr(at_, is_too_long ? shown_of_long : end + 1 - at_);
   at_ = end + 1;
+  if (is_too_long) {
+    core::warn(fmt::format("serve: a line of more than {} characters is no row", longest_row));
+    line += '\n';
+  }
   return line;
 }
 

@@ -10,8 +10,8 @@
 
 namespace thermotwin::tools {
 
-/// A longer line is no row; its sender is not heard any more.
-inline constexpr std::size_t longest_row = 1U << 18U;
+/// A longer line is no row. The sender of one without an end is not heard any more.
+inline constexpr std::size_t longest_row = (1U << 18U) - 2U;
 
 class Client {
 public:
@@ -31,7 +31,7 @@ public:
 
   /// Reads what has come; for a descriptor that is ready.
   void read();
-  /// @return the next line with its end; empty: none
+  /// @return the next line with its end, the first characters of one that is too long; empty: none
   std::string line();
   /// What has come behind it.
   std::string_view waiting() const { return std::string_view(text_).substr(std::min(at_, text_.size())); }

@@ -51,7 +51,7 @@ void RowClock::forget_header() {
 
 void RowClock::go_on_from(double state_s, double age_s) {
   state_s_ = state_s;
-  state_age_s_ = std::clamp(age_s, 0.0, longest_step_s - 1.0);
+  state_age_s_ = age_s;
 }
 
 void RowClock::begin(Source source, double now) {
@@ -130,6 +130,10 @@ void RowClock::judge_pace(double taken, double now, bool has_jumped) {
   }
 }
 
+double RowClock::age_of_state(double now) const {
+  return std::clamp(state_age_s_ + now - begun_at_, least_step_s, longest_step_s - 1.0);
+}
+
 RowClock::Reading RowClock::read(std::string& line, double now) {
   const double stated = stated_time(line);
   Reading reading{core::missing, Jump::none, stated, core::missing};
@@ -151,8 +155,12 @@ RowClock::Reading RowClock::read(std::string& line, double now) {
     guard_s_ += is_record() ? taken - last_ : std::min(taken - last_, std::max(0.0, now - last_now_));
   } else if (time <= state_s_) {
     // Nobody knows how long the machine was off but for the age of the file.
-    taken = state_s_ + std::max(state_age_s_, least_step_s);
+    taken = state_s_ + age_of_state(now);
     reading.jump = Jump::back;
+  } else if (kind_ == Kind::machine && std::isfinite(state_s_) && time > state_s_ + age_of_state(now) + leap_s) {
+    // The clock of the rows was set meanwhile.
+    taken = state_s_ + age_of_state(now);
+    reading.jump = Jump::ahead;
   }
   if (reading.jump != Jump::none) shift_ = taken - stated;
   judge_pace(taken, now, is_first || reading.jump != Jump::none);

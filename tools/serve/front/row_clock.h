@@ -62,13 +62,15 @@ private:
 
   double allowed_step(double step, double passed) const;
   double stated_time(std::string_view line) const;
+  /// s, by the computer's clock.
+  double age_of_state(double now) const;
   void judge_pace(double taken, double now, bool has_jumped);
   bool outruns(const Run& run, double now) const;
 
   std::string header_;
   std::size_t time_at_ = 0;
   bool complete_ = false;
-  double state_s_ = -std::numeric_limits<double>::infinity(), state_age_s_ = 0;
+  double state_s_ = -std::numeric_limits<double>::infinity(), state_age_s_ = 0;  ///< age at begin()
   double last_ = -std::numeric_limits<double>::infinity(), shift_ = 0;
   double last_now_ = 0, last_step_ = 1.0;
   double anchor_time_ = 0, anchor_now_ = 0;  ///< of a second or more before

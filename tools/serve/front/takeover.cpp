@@ -35,7 +35,6 @@ std::vector<std::string> model_command(const FrontOptions& options, const fs::pa
 
 Takeover::Takeover(const FrontOptions& options)
     : options_(options),
-      next_state_(options.state.string() + ".next"),
       file_(options.state.string() + ".rows"),
       used_(stamp_of(options.model)),
       seen_(used_),
@@ -142,6 +141,9 @@ void Takeover::look(const std::string& header, double now) {
 void Takeover::begin(const std::string& header) {
   core::log_line(fmt::format("serve: {} has changed; the new model gets the rows of the last {:.3g} h",
                              options_.model.string(), kept_h()));
+  // The process in use may still save to the file of its own takeover.
+  const std::string state = options_.state.string();
+  next_state_ = state + (taken_state_ == state + ".next" ? ".next2" : ".next");
   std::error_code none;
   fs::remove(next_state_, none);
   next_ = std::make_unique<ModelProcess>(model_command(options_, next_state_));
@@ -210,6 +212,7 @@ std::unique_ptr<ModelProcess> Takeover::take() {
   hash_ = hash_of(options_.model);
   std::error_code none;
   fs::rename(options_.state, options_.state.string() + ".before", none);
+  taken_state_ = next_state_;
   move_state();
   core::log_line(fmt::format("serve: {} is taken over", options_.model.string()));
   next_->set_command(model_command(options_, options_.state));
@@ -217,8 +220,9 @@ std::unique_ptr<ModelProcess> Takeover::take() {
 }
 
 void Takeover::move_state() const {
+  if (taken_state_.empty()) return;
   std::error_code none;
-  fs::rename(next_state_, options_.state, none);
+  fs::rename(taken_state_, options_.state, none);
 }
 
 }  // namespace thermotwin::tools

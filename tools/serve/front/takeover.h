@@ -46,7 +46,8 @@ public:
   std::unique_ptr<ModelProcess> take();
   /// Announcement of the second process: its first line, as JSON.
   const nlohmann::json& announcement() const { return said_; }
-  /// Renames STATE.next to STATE. A process that was taken saves to STATE.next until it is started again.
+  /// Renames the state of the process that was taken last to STATE. That process saves to its own file until it is
+  /// started again.
   void move_state() const;
 
   /// Descriptor to wait for; -1: none.
@@ -75,7 +76,8 @@ private:
   void give_up(const std::string& why);
 
   const FrontOptions& options_;
-  std::filesystem::path next_state_;
+  std::filesystem::path next_state_;   ///< of next_
+  std::filesystem::path taken_state_;  ///< of the process that was taken last; empty: none was
   RowsFile file_;
   std::deque<ServedRow> day_;
   std::string header_;
