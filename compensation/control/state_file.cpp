@@ -23,7 +23,9 @@ StateFile::StateFile(std::filesystem::path path, Writes writes) : path_(std::mov
     std::error_code error;
     std::filesystem::create_directories(folder, error);
   }
-  const std::string lock = path_.string() + ".lock";
+  std::error_code none;  // a link stands for the file that it names
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path_, none);
+  const std::string lock = (none ? path_ : real).string() + ".lock";
   lock_ = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0) throw core::InputError(lock, std::strerror(errno), "a state in a folder that may be written");
   if (::flock(lock_, LOCK_EX | LOCK_NB) == 0) return;

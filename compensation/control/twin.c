@@ -380,7 +380,7 @@ int tt_twin_load(tt_twin* t, const void* saved, size_t bytes) {
   if (memcmp(h.magic, magic, sizeof magic) != 0) return TT_NO_STATE;
   if (h.version != state_version) return TT_OTHER_VERSION;
   if (h.model != t->model->hash || h.bytes != t->block_bytes) return TT_OTHER_MODEL;
-  if (bytes < sizeof h + t->block_bytes || sum_of(block, t->block_bytes) != h.sum) return TT_DAMAGED;
+  if (bytes != sizeof h + t->block_bytes || sum_of(block, t->block_bytes) != h.sum) return TT_DAMAGED;
   memcpy(t->block, block, t->block_bytes);
   tt_redo_job(t); /* an unfinished one, as far as it had come: its slices follow from the state */
   return TT_LOADED;

@@ -322,29 +322,6 @@ TEST_F(Serve, ALineThatIsTooLongEndsNothing) {
   EXPECT_SAYS(result.err, "a line of more than");
 }
 
-/// The age of the state is known: a clock that was set while nothing ran is no pause of the machine.
-TEST_F(Serve, AClockThatIsSetBetweenTwoRunsIsNoPause) {
-  const std::string path = file("twin.socket");
-  const auto serve = [&](double time) {
-    Program program(arguments({"--socket", path}));
-    Served last;
-    {
-      const Socket client(path);
-      client.send(header + row(time));
-      EXPECT_TRUE(client.line().starts_with("time_s,"));
-      last = served_of(client.line());
-    }
-    program.send(SIGTERM);
-    const Result result = program.wait();
-    EXPECT_EQ(result.err.find("pause of"), std::string::npos) << result.err;
-    return last;
-  };
-  EXPECT_EQ(serve(1000).status.find("clock="), std::string::npos);
-  const Served after = serve(1000 + 3600);
-  EXPECT_EQ(after.time, 4600.0) << "as the row states it";
-  EXPECT_SAYS(after.status, "clock=ahead");
-}
-
 TEST_F(Serve, AFullDiskEndsNoControl) {
   Surroundings full;
   full.largest_file = 1000;

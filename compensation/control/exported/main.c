@@ -49,6 +49,7 @@ static int read_header(void) {
   char *rest = line, *cell;
   int count = 0;
   if (!fgets(line, sizeof line, stdin)) return 0;
+  if (strncmp(line, "\xEF\xBB\xBF", 3) == 0) rest += 3; /* byte order mark */
   while ((cell = next_cell(&rest)) != NULL && count < most_columns) {
     const int channel = channel_of(cell);
     column[count++] = channel;

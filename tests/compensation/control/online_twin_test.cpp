@@ -266,6 +266,7 @@ TEST_F(SavedState, OfAnotherModelOrVersionOrCutOffIsRefused) {
   refuse(good.substr(0, good.size() / 2), {"bad", "cut off", "allowed: "});
   refuse(good.substr(0, 20), {"bad", "cut off"});
   refuse("", {"bad", "no saved state"});
+  refuse(good + "more", {"bad", "damaged"});
   std::string other = good;
   other[8] = static_cast<char>(other[8] + 1);
   refuse(other, {"another version"});

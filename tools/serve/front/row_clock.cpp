@@ -157,10 +157,6 @@ RowClock::Reading RowClock::read(std::string& line, double now) {
     // Nobody knows how long the machine was off but for the age of the file.
     taken = state_s_ + age_of_state(now);
     reading.jump = Jump::back;
-  } else if (kind_ == Kind::machine && std::isfinite(state_s_) && time > state_s_ + age_of_state(now) + leap_s) {
-    // The clock of the rows was set meanwhile.
-    taken = state_s_ + age_of_state(now);
-    reading.jump = Jump::ahead;
   }
   if (reading.jump != Jump::none) shift_ = taken - stated;
   judge_pace(taken, now, is_first || reading.jump != Jump::none);
