@@ -310,9 +310,9 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   d.analysis = analyse(problem, solver::Channels(machine));
   d.actions = actions_of(d, model);
   if (!d.connection.empty()) {
-    d.actions.insert(d.actions.begin(), fmt::format("Check the connections first: {}. Correct channels.toml or the "
-                                                    "cables where it is so, and diagnose again.",
-                                                    d.connection));
+    d.actions = {fmt::format(
+        "Check the connections first: {}. Correct channels.toml or the cables where it is so, and diagnose again.",
+        d.connection)};
     d.next.why = "whether channels are what channels.toml states is seen at the machine, without a measurement";
   } else if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty()) {
     d.next = next_measurement(problem, model, options.programs, d, options);

@@ -308,9 +308,10 @@ std::string in_words(const StepsSeen& seen) {
   if (seen.creeps()) {
     const ReadingStep& creep = seen.steps.front();
     return fmt::format(
-        "{} creep, {}by {:+.3g} +- {} {}, with a time constant of about {:.0f} h from the beginning of "
+        "{} creep{}, {}by {:+.3g} +- {} {}, with a time constant of about {:.0f} h from the beginning of "
         "the record on",
-        which, most, creep.size, core::plain_number(creep.std, 2), unit, creep.memory_s / core::units::hour);
+        which, seen.channels.size() == 1 ? "s" : "", most, creep.size, core::plain_number(creep.std, 2), unit,
+        creep.memory_s / core::units::hour);
   }
   std::vector<std::string> steps;
   for (const ReadingStep& step : seen.steps) {
