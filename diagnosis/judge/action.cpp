@@ -12,6 +12,7 @@
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/place.h"
+#include "diagnosis/judge/residual_analysis.h"
 
 namespace thermotwin::diagnosis {
 
@@ -300,7 +301,7 @@ std::string steps_action(const StepsSeen& seen) {
 }  // namespace
 
 std::string in_words(const StepsSeen& seen) {
-  const std::string unit = seen.unit == "degC" ? "K" : seen.unit;
+  const std::string unit = residual_unit(seen.unit);
   const std::string which = seen.quantity.empty()
                                 ? core::join(seen.channels, " and ")
                                 : "all " + std::to_string(seen.channels.size()) + " displacements together",

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "compensation/measurement/unit_hint.h"
+#include "diagnosis/judge/residual_analysis.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -18,7 +19,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double unexpected = 1.5;    ///< times the expected RMS
 constexpr double most_left = 0.5;     ///< of the residual of two, once they are exchanged
 constexpr double most_of_each = 0.7;  ///< of the residual of either
 constexpr Index least_means = 8;
@@ -89,7 +89,7 @@ std::vector<ConnectionDoubt> exchanges(const Problem& problem, const std::vector
     taken.insert({one.a, one.b});
     const compensation::MeasuredChannel &a = problem.observations.channels[one.a].channel,
                                         &b = problem.observations.channels[one.b].channel;
-    const std::string unit = a.unit == "degC" ? "K" : a.unit;
+    const std::string unit = residual_unit(a.unit);
     doubts.push_back(
         {fmt::format("{} and {} seem to be exchanged", a.id, b.id),
          fmt::format("Channels {} and {} may be exchanged: with each in the place of the other they differ "

@@ -22,7 +22,6 @@ namespace {
 using core::units::hour;
 constexpr double delays[] = {0.0, 0.25 * hour, hour, 4.0 * hour, 12.0 * hour};
 constexpr double follows_above = 0.6;  ///< correlation that is worth telling
-constexpr double unexpected = 1.5;     ///< times the expected standard deviation
 
 double correlation(const VectorXd& a, const VectorXd& b) {
   const VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
@@ -77,6 +76,8 @@ ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const Vect
   if (std::abs(result.correlation) < follows_above) result.follows.clear();
   return result;
 }
+
+std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : unit; }
 
 std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels) {
   const Observations& obs = problem.observations;

@@ -13,6 +13,12 @@
 
 namespace thermotwin::diagnosis {
 
+/// Times the expected RMS, from which on a residual is unexpected.
+inline constexpr double unexpected = 1.5;
+
+/// @return the unit of a difference of two readings: K of degC
+std::string residual_unit(const std::string& unit);
+
 /// @param names   of the inputs, (steps x inputs) their values, constant over each step
 /// @param points  (steps + 1) s, ends of the steps
 struct InputHistory {

@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/residual_analysis.h"
 #include "diagnosis/report/svg_plot.h"
 #include "diagnosis/report/words.h"
 
@@ -35,9 +36,6 @@ std::string probability(double p) {
 }
 
 std::string display_unit(const std::string& unit) { return unit == "1" ? "" : core::unit_text(unit); }
-
-/// Residuals of temperatures are differences.
-std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : display_unit(unit); }
 
 std::string two_digits(double value) { return core::plain_number(value, 2); }
 
@@ -282,7 +280,7 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
     page += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{}</td><td "
         "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
-        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty,
+        core::xml_text(r.id), display_unit(residual_unit(r.unit)), r.uncertainty,
         r.explained_std > not_predicted * r.rms_before ? "unknown" : fmt::format("{:.3g}", r.explained_std),
         r.rms_before,
         !change
@@ -338,7 +336,7 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
     const DiagnosedRecord record = each_record(d)[r.record];
     ResidualPlot plot;
     plot.title = r.id;
-    plot.unit = residual_unit(r.unit);
+    plot.unit = display_unit(residual_unit(r.unit));
     plot.hours = of_record(d, record, "time_s") / core::units::hour;
     plot.before = of_record(d, record, r.id + "_before");
     plot.after = of_record(d, record, r.id + "_after");
@@ -379,7 +377,7 @@ std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string unit_of(const Diagnosis& d, const std::string& channel) {
   for (const ChannelResidual& r : d.residuals)
-    if (r.id == channel) return residual_unit(r.unit);
+    if (r.id == channel) return display_unit(residual_unit(r.unit));
   return "";
 }
 

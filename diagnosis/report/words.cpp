@@ -22,6 +22,7 @@
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
+#include "diagnosis/judge/residual_analysis.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/response/response.h"
@@ -72,7 +73,7 @@ std::string gain_in_words(const Diagnosis& d) {
                                    [&](const RankedCause& cause) { return cause.parameter.where == r.id; });
     if (named) {
       own.push_back(fmt::format("the RMS of {} goes from {:.3g} to {:.3g} {}", r.id, r.rms_before, r.rms_after,
-                                r.unit == "degC" ? "K" : r.unit));
+                                residual_unit(r.unit)));
     }
   }
   return " The correction changes readings, not the displacements, and is judged by these readings." +
