@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-/// What most sources include, compiled once (THERMOTWIN_PRECOMPILED).
-/// Each source still includes what it uses: the preset of the fuzzers builds without this file.
+/// Headers that most sources include, compiled once (THERMOTWIN_PRECOMPILED).
+/// Each source still includes all that it uses, because the preset of the fuzzers builds without this file.
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <fmt/format.h>

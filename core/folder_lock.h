@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Allows one writing process per folder. Several machines may work on the units of one --out, each of them a folder,
-// but two processes in the same unit would mix their files. The lock is that of the kernel (flock, also over NFS) and
-// ends with the process that holds it.
+// Allows one writing process per folder. Several computers may work on one --out, each in the folder of its own unit.
+// Two processes in one folder would mix their files. The kernel's lock (flock, also over NFS) ends with the process
+// that holds it.
 
 #include <filesystem>
 #include <memory>
@@ -14,7 +14,7 @@ namespace thermotwin::core {
 class FolderLock {
 public:
   /// Creates the folder if it is missing. On a file system without locks it warns and continues without one.
-  /// @throws InputError if another process writes there, with its number and host
+  /// @throws InputError if the folder is not writable, or another process writes there (with its number and host)
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(FolderLock&& other) noexcept;

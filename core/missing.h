@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The value of what was not measured, in tables and series: not a number.
+// A missing value in tables and series is NaN.
 
 #include <limits>
 

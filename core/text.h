@@ -23,9 +23,9 @@ std::string upper(std::string_view text);
 /// Without blanks, tabs and line ends at both ends.
 std::string_view trimmed(std::string_view text);
 
-/// "a, b, c"
-/// A string of TOML in quotes, with what TOML has to escape.
+/// @return a quoted TOML string, escaped as TOML requires
 std::string toml_text(std::string_view text);
+/// @return "a, b, c"
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
 /// @return a number with so many significant digits and without an exponent: 358.2 with two is "360", 0.0123 "0.012".

@@ -24,8 +24,8 @@ namespace thermotwin::diagnosis {
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options);
 
-/// Several records of one machine are one question: a cause holds in all of them, an offset, drift or clock of a
-/// reading in all or in one. The end of each is held out.
+/// Diagnoses several records of one machine together. A cause holds in all of them. An offset, drift or clock error of
+/// a reading holds in all or in one. The end of each record is held out.
 /// @param records  one or more
 Diagnosis diagnose(const reduction::ReducedModel& model, std::vector<compensation::Measurement> records,
                    const DiagnoseOptions& options);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The parts of `campaign` on the full model: what is run and how, and what is said of the results.
+// Parts of `campaign` on the full model: the load programs, the settings of the run, and the summary of its results.
 
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Terms of the affine equation in low rank, as the core in C holds them (model.h).
+// Low-rank factors of the terms of the affine equation, in the form that the C core stores (model.h).
 
 #include <Eigen/Core>
 
 namespace thermotwin::compensation {
 
-/// K = sum_c w_c u_c u_c^T of a symmetric matrix, w = 1 or -1; K = sum_c u_c v_c^T of another one.
+/// Symmetric: K = sum_c w_c u_c u_c^T with w = 1 or -1. Otherwise: K = sum_c u_c v_c^T.
 struct LowRank {
   Eigen::MatrixXd left, right;  ///< (r x columns) u, v; right without columns: symmetric
   Eigen::VectorXd weight;       ///< (columns) w; 1 for a matrix that is not symmetric

@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/* Why a reading is left out: by itself, or (from TT_SENSOR_ABSENT on) by how it goes on. */
+/* Why a reading is left out: by its value alone or, from TT_SENSOR_ABSENT on, by its course over time. */
 typedef enum tt_sensor_fault {
   TT_SENSOR_FINE,
   TT_SENSOR_IMPLAUSIBLE,
@@ -27,7 +27,7 @@ typedef enum tt_sensor_fault {
 const char* tt_sensor_fault_text(int fault);
 
 typedef struct tt_reading_model {
-  double low_C, high_C, reference_C; /* plausible_C of machine.toml */
+  double low_C, high_C, reference_C; /* plausible_C, reference_C of machine.toml */
   int32_t channels, sensors, ambients;
   const int32_t* ambient;  /* (ambients) channels of surroundings that have a temperature of their own */
   const double* default_C; /* (channels) NaN: none */
@@ -41,7 +41,7 @@ typedef struct tt_reading_check {
 } tt_reading_check;
 
 void tt_reading_check_lay(tt_reading_check* check, const tt_reading_model* model, tt_arena* arena);
-/* row: (channels) as it holds; it tells the surroundings. */
+/* Sets faulty readings to NaN. row: (channels) in effect; it supplies the temperature of the surroundings. */
 void tt_take_out_sensors(tt_reading_check* check, double* readings_C, const double* row);
 int tt_any_sensor_out(const tt_reading_check* check);
 

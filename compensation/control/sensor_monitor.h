@@ -19,19 +19,19 @@ typedef struct tt_recent_sample {
 /* What is known of one sensor; values only. */
 typedef struct tt_watched {
   double seen_at, last_reading;
-  double usual; /* slow part of reading - expected; stands after a leap */
+  double usual; /* slow part of reading - expected; frozen while the sensor is not trusted */
   double last_difference, last_expected, last_unknown;
   double expected_memory; /* slow part of the expected reading */
   double same_value, same_expected, same_unsure, same_learnt, same_since;
   double readings, repeats; /* in runs that have ended: how often readings repeat by chance */
-  double smallest_step;     /* of the reading's digits, where it has coarse ones */
+  double smallest_step;     /* between two readings: the resolution of a coarse sensor */
   double leapt_at, leap, agreed_since, inputs_leapt_at;
-  double turns[tt_turns]; /* K, the last second differences of reading - expected while readings moved */
+  double turns[tt_turns]; /* K, magnitudes of the last second differences while readings moved */
   tt_recent_sample recent[tt_recent];
   int32_t far[tt_recent]; /* of the recent samples */
   int32_t recent_first, recent_count, turn_count, turn_next;
   int32_t fault, trusted, known, leapt, from_start, same_count;
-  int32_t explained; /* its first reading, by the others, however large */
+  int32_t explained; /* 1: the other sensors explain its first reading, however large */
   int32_t held;      /* the present run of equal readings was found stuck */
 } tt_watched;
 
@@ -45,11 +45,11 @@ typedef struct tt_monitor {
 void tt_monitor_lay(tt_monitor* monitor, int sensors, const double* std, tt_arena* arena);
 void tt_monitor_start(tt_monitor* monitor); /* all are trusted */
 
-/* Readings of one time, NaN where missing; what the observer expects; the deviation of how fast that changes (K/s).
- * Returns whether the fault of any sensor changed. */
+/* Readings of one time, NaN where missing, and the observer's expectation. inputs_leapt: an input jumped since the last
+ * call. unsure_K_s: standard deviation of the rate of expected_K. Returns 1 if the fault of any sensor changed. */
 int tt_monitor_judge(tt_monitor* monitor, double time, const double* reading_K, const double* expected_K,
                      int inputs_leapt, const double* unsure_K_s);
-/* After the observer has learnt: no sensor is blamed for the change. */
+/* Shifts the expected readings by a correction of the observer, so that no sensor is blamed for it. */
 void tt_monitor_correct(tt_monitor* monitor, const double* change_K);
 
 #ifdef __cplusplus

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The online core (twin.h) with the memory that it works in, and its saved state as bytes or as a file.
+// Owns the memory of the online core (twin.h) and saves its state as bytes or as a file.
 //
-// A state goes on where it was saved, to the last bit. It belongs to one model: the hash of all data that the core
-// works with stands in its head, so options that change these data (step_s, start_C, limits) make it another one.
+// A loaded state continues bit for bit from where it was saved. It belongs to one model: its head holds the hash of all
+// data of the core. Options that change these data (step_s, start_C, limits) therefore make another model.
 
 #include <filesystem>
 #include <string>
@@ -35,8 +35,8 @@ public:
   void save_file(const std::filesystem::path& path) const;
   /// @throws InputError as load, or if the file cannot be read
   void load_file(const std::filesystem::path& path);
-  /// Goes on from a twin of the same model whose step, limits or start temperature may differ.
-  /// @throws InputError for another model
+  /// Continues from the state of a twin of the same model, whose step, limits or start temperature may differ.
+  /// @throws InputError if the states differ in size (the only check)
   void take_over(const TwinMemory& other);
 
 private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Virtually measured machines, one for each seed. The truth is the full model with perturbed parameters on another mesh
-// and time scheme. For many machines it is a reduced model of larger order with perturbed coefficients, stepped by
-// matrix exponentials; it shares mesh, capacities and output rows with the judged model and is an easier truth. Full
-// runs are kept in a folder, so that a stopped study continues.
+// Virtual measurements of machines, one machine per seed. The truth is the full model with perturbed parameters on
+// another mesh and time scheme. For many machines it is a reduced model of larger order with perturbed coefficients,
+// stepped by matrix exponentials. That is an easier test, because this model shares mesh, capacities and output rows
+// with the judged one. Full runs are kept in a folder, so that a stopped study continues.
 
 #include <filesystem>
 #include <optional>
@@ -22,19 +22,19 @@ struct MeasuredLoad {
   std::string text;
 };
 
-/// Everything that the measurements of a machine depend on, but for mesh and load program.
+/// Options and check points that measurements depend on; machine, mesh and load program are not included.
 std::string words_of_measured(const solver::Case& machine_case, const VirtualOptions& options);
 
 class MeasuredMachines {
 public:
   /// @param reference  truth instead of the full model; nullptr: the full model. Must outlive this
-  /// @param keep       folder of measurements, `<load>/machine_<seed>`; with full runs of earlier studies; empty: none
+  /// @param keep       folder of measurements, LOAD/machine_SEED, also those of earlier studies; empty: none
   MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, std::filesystem::path keep,
                    const reduction::ReducedModel* reference);
 
-  /// A kept run of another text is repeated.
+  /// Reads a kept full run if machine, mesh, options and load agree; else simulates.
   Measurement measure(std::uint64_t seed, const MeasuredLoad& load);
-  /// Nodes of the measured machine; 0 if no full model was built.
+  /// Nodes of the measured machine; 0 with `reference`, and before the first measurement.
   Eigen::Index nodes() const { return nodes_; }
 
 private:

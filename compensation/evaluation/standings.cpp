@@ -17,7 +17,7 @@ using core::missing;
 
 namespace {
 
-constexpr double rotation_lever = 0.3;  ///< m; offsets --table-radius-mm has the same default
+constexpr double rotation_lever = 0.3;  ///< m; offsets --table-radius has the same default
 constexpr double sensors_worsen = 1.0;  ///< percent less removed than without sensors
 
 using Place = std::tuple<std::string, std::string, double>;  ///< channel, segment, its begin

@@ -15,15 +15,15 @@ namespace thermotwin::compensation {
 struct UnitHint {
   double factor = 1;       ///< recorded numbers over those in the stated unit
   std::string words;       ///< "its numbers may be mm", "its sign may be reversed"
-  double rms_stated = 0;   ///< of measured minus predicted about its mean, in the stated unit
-  double rms_changed = 0;  ///< the same, with the numbers divided by the factor
+  double rms_stated = 0;   ///< of measured minus predicted (displacements: about the means), in the stated unit
+  double rms_changed = 0;  ///< the same, with numbers divided by the factor, or converted from degrees Fahrenheit
 };
 
-/// Compares displacements about their means, because a probe may begin at any reading. A factor is offered under four
-/// conditions: the fitted factor lies between half and twice of it; the absolute correlation is above 0.9; the RMS of
-/// the prediction is above three uncertainties; at most 0.75 of the RMS residual is left. The wide limits allow for a
-/// cause that the model lacks. A temperature is compared as it is, once as stated and once converted from degrees
-/// Fahrenheit.
+/// Compares displacements about their means, because a probe may start at any reading. A factor is reported if the
+/// fitted factor is between half and twice it, and the absolute correlation is at least 0.9. The RMS of the prediction
+/// must be at least three uncertainties, and the residual RMS must fall to at most 75 %. The wide limits allow for a
+/// cause that the model lacks. For a temperature, the conversion from degrees Fahrenheit must leave less than 10 % of
+/// the residual RMS, and at most 4 K.
 /// @param measured, predicted  (rows) in the unit of the channel, NaN where missing
 std::optional<UnitHint> unit_hint(const MeasuredChannel& channel, const Eigen::VectorXd& measured,
                                   const Eigen::VectorXd& predicted);

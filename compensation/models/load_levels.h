@@ -16,7 +16,7 @@ struct Levels {
   std::vector<double> values;  ///< rising, of the input's unit
 };
 
-/// Of the activity with the largest share of training time on: values above 0 that a tenth of the rows have.
+/// Levels of the speed or power that is above 0 in most training rows: values that a tenth of these rows or more have.
 Levels load_levels(const Dataset& data, const std::vector<bool>& training);
 
 /// (levels, at least one) weights, linear between levels, constant beyond them.

@@ -13,8 +13,8 @@ namespace thermotwin::compensation {
 std::unique_ptr<ChannelModel> make_static_regression();
 /// The same with a ridge whose strength is chosen on held-out blocks of the training rows.
 std::unique_ptr<ChannelModel> make_ridge_regression();
-/// Inputs taken in one after the other as long as held-out blocks get better by at least 2 %. Where no input alone
-/// makes them better, it falls back on the ridge regression and says so.
+/// Adds inputs one after another while the error on held-out blocks falls by more than 2 %. If no single input does
+/// so, it falls back on the ridge regression and reports that in caution().
 std::unique_ptr<ChannelModel> make_selected_regression();
 /// sum of gain_i / (1 + tau s) applied to each temperature, one tau for all.
 std::unique_ptr<ChannelModel> make_first_order();

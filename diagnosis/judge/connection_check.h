@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Finds channels that are not what channels.toml states: with another sign or unit, or two that are exchanged. The
-// comparison is with the prediction of the machine as stated, before any cause is considered.
+// Finds channels that contradict channels.toml: a wrong sign or unit, or two exchanged channels. They are compared with
+// the prediction of the nominal machine, before any cause is considered.
 
 #include <string>
 #include <vector>
@@ -13,13 +13,14 @@ namespace thermotwin::diagnosis {
 struct ConnectionDoubt {
   std::string clause;   ///< "T3 and T5 seem to be exchanged"
   std::string warning;  ///< a sentence with the figures
-  /// What is changed so leaves at most half of the residual: no cause is to be believed before it is checked.
+  /// The change leaves at most half of the residual RMS: check the connection before believing any cause.
   bool strong = false;
 };
 
 /// Only channels whose residual RMS is at least 1.5 times the expected one are considered. Two temperatures, or two
-/// displacements of one unit, of a record are taken for exchanged if that leaves at most half of their residual, and
-/// less in each of them. Displacements are compared about their means.
+/// displacements of one unit, of a record are reported as exchanged if that leaves at most 50 % of their joint residual
+/// RMS and at most 70 % of either channel's. Displacements are compared about their means. Channels of a PointTest are
+/// not tested for an exchange.
 std::vector<ConnectionDoubt> connection_doubts(const Problem& problem);
 
 }  // namespace thermotwin::diagnosis

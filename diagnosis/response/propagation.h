@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The time loop of response.h: a machine on a reduced model along the steps of a measurement, with any
-// number of tangents beside it. Every operator of a step is factorised once for all of them; tangents
-// are worked on in blocks of fixed width, so that results do not depend on the threads.
+// The time loop of response.h: a machine's reduced model over the steps of a measurement, with any number of tangents
+// (first-order changes). Every operator of a step is factorised once for all of them. Tangents are computed in blocks
+// of fixed width, so that results do not depend on the number of threads.
 
 #include <optional>
 #include <vector>
@@ -13,25 +13,24 @@
 
 namespace thermotwin::diagnosis {
 
-/// A temperature of the surroundings that deviates for a while: by 1 K at the peak, falling in
-/// straight lines to nothing at both ends.
+/// A temporary deviation of an ambient temperature: a triangle with a peak of 1 K.
 struct Disturbance {
   int ambient = 0;                    ///< index into Machine::ambients
   double from = 0, peak = 0, to = 0;  ///< s
   double std_K = 0;                   ///< how much of it is expected
-  int record = 0;                     ///< in which of several records, in its own time
+  int record = 0;                     ///< index of the record; times are those of this record
 };
 
-/// A machine beside the one that is run; what differs in matrices, empty where nothing does.
+/// A variant of the machine that is run. Matrices of changes are empty if nothing changes.
 struct Variant {
   MachineInTime machine;
   double start_K = 0;  ///< added to the uniform start
   double step = 1;     ///< of the parameter, divides the result
   std::optional<Disturbance> disturbance{};
   Eigen::VectorXd start{};                      ///< (r) added to the start; empty: nothing
-  const Observations::MayHold* held = nullptr;  ///< inputs that hold instead
+  const Observations::MayHold* held = nullptr;  ///< inputs for a time span, in place of the recorded ones; null: none
   Eigen::MatrixXd row_change{}, capacity_change{};
-  const Eigen::MatrixXd* heat_map = nullptr;  ///< (r x r) where the change of heat enters instead; null: where it does
+  const Eigen::MatrixXd* heat_map = nullptr;  ///< (r x r) multiplies the change of heat; null: identity
 };
 
 struct Nominal {
@@ -45,8 +44,8 @@ struct Nominal {
 /// @throws SolverError where the state is no longer finite
 std::vector<Eigen::MatrixXd> propagate(const Nominal& nominal, const std::vector<Variant>& variants);
 
-/// What heat makes of the outputs: each load in W times each series, (points x outputs) one after
-/// another, the loads of the first series first. Chillers do not answer it.
+/// Response of the outputs to heat, one (points x outputs) matrix for each load (W) times each series. All loads of the
+/// first series come first. Chillers do not respond.
 /// @param loads   (r x loads)   @param series  (steps x series)
 std::vector<Eigen::MatrixXd> propagate_heat(const Nominal& nominal, const Eigen::MatrixXd& loads,
                                             const Eigen::MatrixXd& series);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Channels that are weighted sums of deviations at the same points at the same times: the location errors e = W d of
-// one test. With independent errors of the deviations d, those of e have the correlation of W W^T. Sums x = M e are
-// free of it, M = U R^-1/2 U^-1 with the correlation R and the stated uncertainties U: of all such sums the nearest to
-// the channels themselves. The mesh turns and scales the motion of the tool against the table by one share at all
-// points; e then is off by
+// Channels that are weighted sums e = W d of deviations d at the same points and times, such as the location errors of
+// one test. If the errors of d are independent, those of e have the correlation R of W W^T. The sums x = M e with
+// M = U R^-1/2 U^-1 and the stated uncertainties U have uncorrelated errors. Of all such sums they are nearest to e.
+// The discretisation error rotates and scales the motion of tool against table alike at all points. It changes e by
 //   sum_ab s_a f_ab W_a d_b,   a, b = x, y, z,
-// with the share s_a, one factor f_ab of standard deviation 1 for all channels of a test, the columns W_a of W and the
-// deviations d_b in direction b. A shift of all points alike hardly shows in a rotation, nor does its mesh error.
+// with the share s_a, the columns W_a of W and the deviations d_b in direction b. Each factor f_ab has standard
+// deviation 1 and is common to all channels of a test. Factors with a != b act only if the share is one of the whole
+// motion (MeshAllowance). A common shift of all points hardly affects a rotation, and neither does its mesh error.
 
 #include <Eigen/Core>
 
@@ -34,14 +34,14 @@ struct PointTest {
 /// The tests of the records. A channel whose means are of other intervals is a test of its own.
 std::vector<PointTest> tests_of(const mesh::Machine& machine, const Observations& observations);
 
-/// What independent errors of 1 um of the deviations become in the sums. (m) um or um/m per um
+/// Standard deviations of the sums for independent errors of 1 um of the deviations, (m) um or um/m per um.
 Eigen::VectorXd gains_of(const PointTest& test);
 
 struct TestErrors {
   std::vector<Eigen::MatrixXd> joint;  ///< (n x m) of each factor f_ab, channels of the test
   Eigen::VectorXd independent;         ///< (m) RMS of each sum where the shares differ from point to point
 };
-/// What the mesh adds to a test along the response of the nominal machine.
+/// Discretisation errors of a test, from the response of the nominal machine.
 TestErrors errors_of(const mesh::Machine& machine, const Observations& observations, const PointTest& test,
                      const Response& response, const MeshAllowance& allowance);
 

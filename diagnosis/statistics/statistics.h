@@ -12,7 +12,7 @@ namespace thermotwin::diagnosis {
 /// Probability that a chi-square variable of so many degrees of freedom exceeds the value.
 double chi_square_tail(double value, double degrees_of_freedom);
 
-/// Probability that a variance ratio F of so many degrees of freedom above and below exceeds the value.
+/// Probability that a variance ratio F exceeds `ratio`. @param above, below  its degrees of freedom
 double f_tail(double ratio, double above, double below);
 
 /// Ljung-Box test of white noise: p value. 1 where the series is too short or constant.
@@ -31,13 +31,13 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-/// Fewer means say nothing about their own spread.
+/// With fewer means, reduction_interval() widens its result to contain 0.
 inline constexpr Eigen::Index least_means = 4;
 
 /// Reduction of the root mean square, percent, with the 95 % interval of a moving block bootstrap:
 /// residuals of one block stay together, so that their correlation in time counts.
 /// @param before, after  (n) sums of squares per interval of time
-/// @param block          intervals a block; cut to a quarter of n. Of fewer than least_means the interval holds zero
+/// @param block          intervals in a block, at most a quarter of n
 Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Eigen::Index block,
                             int draws = 2000, std::uint64_t seed = 20240607);
 double reduction_percent(double before, double after);  ///< of root mean squares; 0 where before is 0

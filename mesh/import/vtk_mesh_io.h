@@ -9,7 +9,7 @@
 
 namespace thermotwin::mesh {
 
-/// Writes points, tets, and the point arrays given, as .vtu (VTK XML, appended, LZ4).
+/// Writes tetrahedra and the triangles of all groups as .vtu (VTK XML, appended data, LZ4).
 void write_vtu(const std::filesystem::path& path, const TetMesh& mesh);
 
 /// VTK XML unstructured grid. @throws MeshError

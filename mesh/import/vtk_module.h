@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The module that holds VTK's data and files: sixteen shared libraries.
+// Interface of the module that links VTK. It is loaded at run time.
 
 #include <filesystem>
 #include <string>

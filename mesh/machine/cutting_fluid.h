@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Whether the cutting fluid is part of a machine's description.
+// Tests if a machine's description uses the cutting fluid.
 
 #include "mesh/machine/machine.h"
 

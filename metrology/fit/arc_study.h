@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What an arc can tell (Gebhardt 2014, 4.40 to 4.45, Figs. 4.15 to 4.17): Monte Carlo of continuous R-Tests whose
-// points have independent uniform errors in each direction, beside the covariance of the linear least squares. Along is
-// the direction of the arc's bisector, across is normal to it in the plane of the arc. To first order a centre and a
-// radius have the rows (cos, sin, 1), and a tilt the same rows times the radius.
+// Uncertainty of an axis fitted to an arc (Gebhardt 2014, 4.40 to 4.45, Figs. 4.15 to 4.17), by Monte Carlo simulation
+// of continuous R-Tests and by linear least squares. The points have independent uniform errors in each direction.
+// Along is the direction of the arc's bisector, across is normal to it in the plane of the arc. To first order, centre
+// and radius have the rows (cos, sin, 1), and a tilt has these rows times the radius.
 
 #include <Eigen/Core>
 
@@ -29,7 +29,7 @@ struct ArcStudy {
 
 struct ArcStudyResult {
   /// (draws x 4): centre along and across the bisector at the stated point, m; slope of the plane along and across it,
-  /// rad, which is the tilt of the axis towards them
+  /// rad; the axis tilts by the same angle in the opposite direction
   Eigen::MatrixX4d draws;
   Eigen::Vector4d std, range;  ///< of the draws
   Eigen::Vector4d theory;      ///< standard deviations of the linear least squares, at the stated point

@@ -35,9 +35,9 @@ struct CycleResult {
 struct Estimates {
   std::vector<std::string> errors;  ///< X0C, EXX1, dx, dome ...
   std::vector<std::string> units;   ///< um, um/m, um/m2, um/m3
-  std::vector<CycleResult> cycles;  ///< against the first cycle there is one row of zeros for it
-  /// Errors that at least one cycle cannot observe, with those that have the same effect: "Y0B: not observable beside
-  /// Y0C". Empty: all are observable.
+  std::vector<CycleResult> cycles;  ///< as differences to the first cycle, the first entry is zero
+  /// Errors that at least one cycle cannot observe, with those that have the same effect: "Y0B: not observable: the
+  /// points do not distinguish it from Y0C". Empty: all are observable.
   std::vector<std::string> not_observable;
 
   bool turns(std::size_t error) const { return units[error] == "um/m"; }
@@ -70,12 +70,12 @@ CycleResult cycle_result(const LinearFit& fit, Eigen::Index errors, double varia
 /// The residuals of all cycles against the stated uncertainty of a row.
 struct ResidualTest {
   Eigen::Index degrees = 0;
-  double ratio = 0;      ///< root of the mean square per degree of freedom over the uncertainty (Birge); NaN: none
+  double ratio = 0;      ///< Birge ratio: RMS residual per degree of freedom over the uncertainty; NaN: none
   bool exceeds = false;  ///< chi-square above its quantile of 99.9 %
 };
 ResidualTest residual_test(const Estimates& estimates, double std);
 
-/// Differences to the first cycle where these are asked for, whose covariance adds; then the standard deviations.
+/// If against_first, subtracts the first cycle from each and adds its covariance. Then sets the standard deviations.
 void complete(std::vector<CycleResult>& cycles, bool against_first);
 
 }  // namespace thermotwin::metrology

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What the scatter of values adds to their range. The extremes of n values lie further apart than those of the motion:
-// by some five standard deviations of 97 values of a machine that stands still. The scatter is that of third
-// differences of successive values, or the stated uncertainty where this is not clearly larger. The motion's course is
-// the longest moving straight line that predicts a value from the others as well as the best one does. Draws of this
-// course with scatter have ranges whose mean and standard deviation are those of the range of the record.
+// Corrects a range of values for their scatter. The extremes of n values lie further apart than those of the motion:
+// for 97 values of a machine at rest, by some five standard deviations. The scatter is estimated from third differences
+// of successive values; unless this is clearly less, the stated uncertainty is used. The motion's course is the longest
+// moving straight line whose mean square leave-one-out error is within 5 % of the least. Random draws of this course
+// with scatter give the excess of the range and its standard deviation.
 
 #include <Eigen/Core>
 
@@ -13,8 +13,8 @@
 namespace thermotwin::metrology {
 
 /// @param values  NaN: missing @param stated  one standard deviation of a value
-/// @return standard deviation of the part that differs from value to value; the stated one where fewer than five
-///   sequences of four values at equal times show it
+/// @return standard deviation of the part that differs from value to value; the stated one unless the estimate,
+///   from at least five sequences of four values at equal time steps, is clearly smaller
 double scatter_of(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double stated);
 
 /// The course of the motion; fewer than eight values as they are.
@@ -23,7 +23,7 @@ Eigen::VectorXd smooth_course(const Eigen::VectorXd& values);
 struct RangeOfMotion {
   double range = 0;   ///< of the values
   double motion = 0;  ///< less what the scatter adds, at least 0
-  double std = 0;     ///< of the motion: of the draws, of the scatter, and sqrt(2) of the stated one that is no scatter
+  double std = 0;     ///< of the motion: from draws, error of the scatter, and sqrt(2) of the other part of `stated`
 };
 
 /// @param firsts  numbers of values from the first one on; 0: no range

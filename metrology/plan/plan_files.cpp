@@ -43,7 +43,7 @@ const core::KeyTable plan_file{
         key::text("tested", Absent{"none"}, "Axis that is tested."),
         key::text("load", "load.toml", "Its load program, a file of the folder."),
         key::point("tool_offset_mm", "mm", Absent{"0, 0, 0"},
-                   "Way from tcp.tool_point of the machine to the point that is measured, all axes at 0."),
+                   "Vector from tcp.tool_point of the machine to the measured point, all axes at 0."),
         key::table("probes", probe_keys(), core::required, "The probes."),
     }};
 

@@ -19,7 +19,7 @@ struct ProbeSetup {
   double repeatability = 0.2e-6;  ///< m, standard deviation of a coordinate of the linear axes at a point
   double rate = 100;              ///< samples per second
   double record = 3, cut = 1;     ///< s, recorded at a point, and left out at both ends
-  double calibration = 2e-3;      ///< m, way of the calibration along each axis
+  double calibration = 2e-3;      ///< m, calibration travel of each axis to either side
 
   /// Standard deviation of one coordinate of a point. @param averaged  samples that it is the mean of
   double std_of_point(double averaged) const;

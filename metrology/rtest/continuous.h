@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The continuous R-Test of one rotary axis by plane and circle (Gebhardt 2014, 4.16 to 4.32), beside the least squares
-// on the chain. The points are the places of the sphere as the axis carries it. Position and tilt of the axis are
-// stated as its location errors are: at the axis' point, along and about X Y Z of the body on which it stands.
+// Fits a plane and a circle to a continuous R-Test of one rotary axis (Gebhardt 2014, 4.16 to 4.32), as an alternative
+// to least squares on the kinematic chain. The points are the positions of the sphere as the axis carries it. Position
+// and tilt of the axis are stated like its location errors: at the axis' point, along and about X Y Z of the body on
+// which it stands.
 
 #include <array>
 #include <string>

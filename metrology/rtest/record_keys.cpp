@@ -45,10 +45,10 @@ const KeyTable record_file{
                   "first: errors against the first cycle; absolute: errors against the nominal chain. A single cycle "
                   "is always absolute."),
         key::word("drift", {"repeated", "none"}, "repeated",
-                  "repeated: a linear drift from points that a cycle measures twice, within 0.5 deg and 3 mm; none: no "
-                  "drift is estimated."),
+                  "repeated: the drift follows from points that a cycle measures twice, within 0.5 deg and 3 mm; none: "
+                  "no drift is estimated."),
         key::whole("harmonics", 0, 12, 0.0,
-                   "Highest harmonic of the component errors of the axis, from 2; 0 or 1: none is estimated."),
+                   "Highest harmonic, from 2, of the component errors of the outermost axis that moves; 0 or 1: none."),
         key::table("probes", probe_keys(), Absent{"points.csv has deviations, or the keys have their defaults"},
                    "The probes, if raw.csv has their readings."),
     }};
@@ -70,8 +70,8 @@ const KeyTable grid_file{
                   "first: errors against the first cycle; absolute: errors against the nominal chain. A single cycle "
                   "is always absolute."),
         key::word("drift", {"repeated", "none"}, "repeated",
-                  "repeated: a linear drift from points that a cycle measures twice, within 0.5 deg and 3 mm; none: no "
-                  "drift is estimated."),
+                  "repeated: the drift follows from points that a cycle measures twice, within 0.5 deg and 3 mm; none: "
+                  "no drift is estimated."),
     }};
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The tool point that the nominal points of a volumetric grid mean: the frame of the tool at the positions of the axes
-// takes them to one place. Points that contradict the positions go to many. Two tools of other lengths are two places.
+// The tool point that the nominal points of a volumetric grid imply. In the frame of the tool at the stated axis
+// positions, all nominal points have the same place. Points that contradict the positions have many places. Two tools
+// of different lengths have two.
 
 #include <Eigen/Core>
 
@@ -13,7 +14,7 @@ namespace thermotwin::metrology {
 
 struct ToolPlaces {
   Eigen::Index count = 0;                           ///< places further apart than 1 mm
-  bool is_cut = false;                              ///< counting stopped there
+  bool is_cut = false;                              ///< counting stopped at most_places
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< m, of the first point with all axes at 0
   std::string doubt;  ///< a warning: why the nominal points and the axis positions do not fit; empty: none
 };

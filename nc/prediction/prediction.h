@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// TCP error along the program by the reduced model: the rows of nc/load heat it as they would heat the machine. The
-// error of a point is that of its place and its time. Between the ends of two rows the thermal state is interpolated.
-// The last row, which may be shorter, has a state at its end too.
-// The machine begins at a uniform temperature, or as a saved state says (present_machine.h).
+// Predicts the TCP error along the program. The rows of nc/load drive the reduced model. The error of a point is that
+// at its position and time, with the thermal state interpolated between the ends of rows. The last row may be shorter.
+// The machine starts at a uniform temperature or from a saved state (present_machine.h).
 
 #include <deque>
 #include <functional>
@@ -26,7 +25,7 @@ struct PredictionOptions {
   void validate() const;              ///< @throws InputError
 };
 
-/// The error field over the rows that moves may still ask for.
+/// The error over position and time, for the rows that waiting moves still need.
 class ErrorField {
 public:
   explicit ErrorField(const reduction::ReducedModel& model) : map_(model) {}
@@ -36,8 +35,8 @@ public:
   /// (linear axes) m, what cancels the error
   Eigen::VectorXd offsets(const Positions& positions, double time) const;
   Eigen::VectorXd offsets(const solver::TcpError& error) const { return map_.offsets(error); }
-  /// (3) standard deviation of the error's translations from those of the axes' offsets, taken to be independent, in
-  /// the unit of the offsets'
+  /// (3) standard deviations of the error's translations, from those of the axes' offsets (assumed independent) and in
+  /// the same unit
   Eigen::Vector3d error_std(const Eigen::VectorXd& of_offsets) const;
   const std::vector<std::string>& axes() const { return map_.axes(); }
   bool outside(const Positions& positions) const { return map_.outside(positions); }
@@ -60,7 +59,7 @@ private:
   Eigen::VectorXd state_;
 };
 
-/// A moment within a move: where the planner has the axes then, with the offsets from the state of then.
+/// A time within a move: the planner's axis positions, and the offsets from the thermal state at this time.
 struct MoveSample {
   double time;  ///< s
   double u;     ///< share of the move
@@ -79,13 +78,13 @@ struct PredictedMove {
   Eigen::VectorXd begin_um;                  ///< (linear axes) offsets at its begin
   Eigen::VectorXd offset_um, std_um;         ///< (linear axes) at its end
   Eigen::VectorXd mean_um, low_um, high_um;  ///< (linear axes) offsets over its time
-  std::vector<MoveSample> inside;            ///< in the order of time, two seconds or so apart
+  std::vector<MoveSample> inside;            ///< in the order of time, 1 to 2.5 s apart
   bool outside = false;                      ///< of the model's workspace
-  Eigen::VectorXd ahead_um;  ///< (linear axes) drift of the offset ahead of the last part; empty: not known
+  Eigen::VectorXd ahead_um;                  ///< (linear axes) drift of the offset after the last part; empty: unknown
 
   double duration() const { return time - start; }
   double time_at(double u) const;         ///< s, when a share of the move is done
-  double share_at(double seconds) const;  ///< that is done then; its inverse
+  double share_at(double seconds) const;  ///< inverse of time_at()
 };
 
 class Predictor {
@@ -129,7 +128,7 @@ private:
   ErrorField field_;
   PredictionOptions options_;
   std::unique_ptr<CycleDrift> drift_;  ///< of a series of parts
-  std::unique_ptr<ErrorField> ahead_;  ///< from the state of now, 0 s, to that of an endless series, 1 s
+  std::unique_ptr<ErrorField> ahead_;  ///< at 0 s the present state, at 1 s that of an endless series
   int part_ = -1;                      ///< of the last cutting move
   std::function<void(const PredictedMove&)> take_;
   std::vector<Moving> pending_;

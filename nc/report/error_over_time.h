@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The error of cutting moves over time: mean, range and deviation within intervals. There are at most 800 intervals;
-// where the program is longer, two become one.
+// The error of cutting moves over time: mean, range and deviation within intervals. If more than 800
+// intervals are needed, pairs of them are merged.
 
 #include <Eigen/Core>
 

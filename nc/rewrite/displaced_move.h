@@ -14,7 +14,7 @@ namespace thermotwin::nc {
 /// @return whether the arc is one or more full circles
 bool whole_turns(const Arc& arc);
 
-/// The centre nearest to a wanted one from which both ends are equally far.
+/// @return the centre nearest to `wanted` that is equally far from both ends, seen along `normal`
 Eigen::Vector3d centre_of(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Eigen::Vector3d& wanted,
                           const Eigen::Vector3d& normal);
 

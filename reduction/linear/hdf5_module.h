@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The module that holds HDF5, and with it the forty libraries of its access over networks.
+// Interface of the module that links HDF5 and the libraries of its network access. It is loaded at run time.
 
 #include <Eigen/Core>
 

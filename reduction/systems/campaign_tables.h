@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What `thermotwin campaign` leaves of a load (inputs.csv, sensors.csv, tcp.csv), as inputs and
-// outputs of a linear system: heat of the sources by the laws of machine.toml and temperatures of the
-// surroundings come in, the TCP error at the campaign's poses and the sensors go out.
+// The tables that `thermotwin campaign` writes for a load (inputs.csv, sensors.csv, tcp.csv), as inputs and outputs of
+// a linear system. Inputs are the heat of the sources by the laws of machine.toml and the ambient temperatures. Outputs
+// are the TCP error at the campaign's poses and the sensor temperatures.
 
 #include <Eigen/Core>
 
@@ -23,23 +23,23 @@ struct CampaignTables {
   std::string load;
   core::Table inputs, sensors, tcp;
 };
-/// In a load's folder: the tables are a reduced model's, and this says which. The full model's have `done` instead.
+/// File in a load's folder that names the reduced model that made the tables. The full model writes `done` instead.
 constexpr const char* made_by_file = "made_by.txt";
 
 /// @param folder  of the campaign; the load's tables are in its folder of that name
 /// @throws InputError: a missing table, times that disagree, tables that a reduced model made
 CampaignTables read_campaign_tables(const std::filesystem::path& folder, const std::string& load);
 
-/// Inputs that a row of channels means, each with its unit in its name:
-///   `<source>.power_W`; `<ambient>.T_K` above the reference; for a film that a state switches to another
-///   ambient, `<state> x (<ambient>.T_K - air.T_K)`; `<ambient>.gradient_K_m`.
-/// What p(t) does to the equation beside that (films that speeds change, coolants that stop) is no input.
+/// Inputs computed from a row of channels, each with its unit in its name:
+///   SOURCE.power_W; AMBIENT.T_K above the reference, for an ambient that always acts; for a film that a state switches
+///   to another ambient, "STATE x (AMBIENT.T_K - air.T_K)"; AMBIENT.gradient_K_m.
+/// Other effects of the coefficients p(t), such as films that follow speeds or coolants that stop, are not inputs.
 class CampaignInputs {
 public:
   explicit CampaignInputs(const mesh::Machine& machine);
 
   const std::vector<std::string>& names() const { return names_; }
-  /// Whether the input is a temperature that is the machine's own where all is at rest and even.
+  /// Per input: whether it is an ambient temperature, which equals the machine's when all is at rest and uniform.
   const std::vector<bool>& even() const { return even_; }
   /// (times x inputs), row i: means over the interval that ends with time i
   Eigen::MatrixXd of(const CampaignTables& tables) const;
@@ -60,7 +60,7 @@ private:
   std::vector<bool> even_;
 };
 
-/// Outputs of the load, (times x 6 poses + sensors): dx_um .. rc_um_per_m of each pose in order, sensors in
+/// Outputs of the load, (times x (6 poses + sensors)): dx_um .. rc_um_per_m of each pose in order, sensors in
 /// K above the reference.
 Eigen::MatrixXd campaign_outputs(const CampaignTables& tables, double reference_C);
 std::vector<std::string> campaign_output_names(const mesh::Machine& machine, const CampaignTables& tables);

@@ -2,8 +2,8 @@
 #pragma once
 // Systems of other programs, E x' = (A + sum_j p_j A_film_j) x + B u, y = C x + D u, from a folder of
 // Matrix Market files E.mtx (absent: identity), A.mtx, B.mtx, C.mtx, D.mtx (absent: none) and any
-// A_film_NAME.mtx. Numbers are taken as they are: units are those of the writer. A names.toml beside
-// them, as `export --matrices` writes it, names inputs and outputs and says at what values the films stand.
+// A_film_NAME.mtx. Units are those of the writer. A names.toml in the folder, as
+// `export --matrices` writes it, names inputs and outputs and states the values of the films.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -21,7 +21,7 @@ struct StateSpace {
   Sparse E, A;              ///< (n x n)
   Eigen::MatrixXd B, C, D;  ///< (n x inputs), (outputs x n), (outputs x inputs)
   bool identity = false;    ///< E is the identity
-  bool symmetric = false;   ///< E and A are, to rounding, and exactly so here
+  bool symmetric = false;   ///< E and A are symmetric to rounding; stored exactly symmetric
 
   Eigen::Index size() const { return A.rows(); }
   Eigen::Index inputs() const { return B.cols(); }
@@ -31,7 +31,7 @@ struct StateSpace {
 struct ParameterMatrix {
   std::string name;  ///< NAME of A_film_NAME.mtx
   Sparse matrix;
-  double value = 1.0;  ///< of its parameter where nobody says another
+  double value = 1.0;  ///< default of its parameter
 };
 
 struct LinearSystem {
@@ -49,7 +49,7 @@ struct LinearSystem {
 /// @throws InputError: missing or bad file, sizes that disagree, B or C without an entry
 LinearSystem read_linear_system(const std::filesystem::path& folder);
 
-/// The reduced system, of the same form; E is the identity unless films at several values were joined.
+/// The reduced system, of the same form. E is the identity in the results of reduce_system() and Identification.
 struct ReducedLinearSystem {
   Eigen::MatrixXd E, A, B, C, D;
   std::vector<Eigen::MatrixXd> films;  ///< in the order of LinearSystem::films
@@ -59,7 +59,7 @@ struct ReducedLinearSystem {
   ReducedLinearSystem at(const std::vector<double>& values) const;
 };
 
-/// W^T (E, A, B, C V, A_film) V. @param left,right  (n x r)
+/// Projection: W^T E V, W^T A V, W^T A_film_j V, W^T B, C V. @param left,right  (n x r) W and V
 ReducedLinearSystem project(const LinearSystem& system, const Eigen::MatrixXd& left, const Eigen::MatrixXd& right);
 
 }  // namespace thermotwin::reduction

@@ -3,13 +3,13 @@
 // Springs that connect the elastic bodies: one for each direction of a joint's pad, and one for each linear scale. The
 // equation of a spring is
 //   gap = sum of weights times unit functionals of bodies = force / stiffness + own expansion.
-// A unit functional is a linear functional of a body's displacement (functionals.h). Its K^+ (model.h) is solved for
-// once, before the poses. The directions of a pad are the principal directions of its mean stiffness per area, the mean
-// over its faces of
+// A unit functional is a linear functional of a body's displacement (functionals.h). Its K^+ (model.h) is computed
+// once, before the poses. The directions of a pad are the principal directions of its stiffness per area, averaged over
+// its faces:
 //   k_n n n' + k_t (1 - n n' - a a'),
-// with n the normal and a the free direction of a linear guide normal to n. They are normal and tangents of a flat pad,
-// and radial, tangential and axial direction of a bearing's sector. Between two grid nodes of an axis position, the
-// mean displacements at both nodes are weighted by hat weights and contact areas.
+// with n the normal and a the free direction of a linear guide normal to n. A flat pad has its normal and tangents,
+// a bearing's sector its radial, tangential and axial directions. Between two grid nodes of an axis position, the mean
+// displacements at both nodes are weighted by hat weights and contact areas.
 // The two sides of a contact are a short distance apart. A small couple on the master's surface, force times this
 // distance, makes a common rigid motion free of strain. In the same way the bracket of a reading head, from the head's
 // body to the line of the scale's tape, turns with the mean rotation of this body. A screw whose axis position comes

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The TCP error from its parts: error = tool side - table side, in the machine frame; offset = -error.
-// The table side has two parts. The axis part is a motion in the frame of the table's carrier, the own part one in the
-// frame of the table. The own part turns with the table axis, both parts with the axes that carry the table. Each rigid
-// motion is evaluated at the point of the table that the tool touches.
+// The table side has two parts. The axis part is a rigid motion in the frame of the table's carrier. The own part is a
+// rigid motion and a radial growth in the frame of the table. The own part turns with the table axis, and both parts
+// turn with the axes that carry the table. Each part is evaluated at the point of the table that the tool touches.
 
 #include <Eigen/Core>
 

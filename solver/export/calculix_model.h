@@ -24,8 +24,8 @@ private:
   std::map<std::pair<std::string, std::string>, std::string> known_;
 };
 
-/// What goes into the deck and how it is numbered. Numbers of ccx start at 1; nodes of the machine
-/// keep their order, nodes of the deck's own come after them.
+/// Content and numbering of the deck. Numbers of ccx start at 1. Nodes of the machine keep their order, and the deck's
+/// further nodes follow them.
 struct Model {
   const mesh::MachineMesh& mesh;
   const DeckOptions& options;
@@ -50,21 +50,21 @@ struct Model {
 /// Number 1 to 4 of the element's face that is this boundary triangle.
 int element_face(const mesh::TetMesh& mesh, int face);
 
-/// Text of "key, value" lines is wrapped to at most this many entries.
+/// @return the entries separated by commas, at most per_line of them in a line
 std::string wrapped(const std::vector<std::string>& entries, std::size_t per_line);
 
-/// Nodes of all bodies in the deck, and elements of those that are elastic as asked.
+/// Nodes of all bodies in the deck, and elements of the elastic bodies or of the others.
 std::string nodes_text(const Model& model);
 std::string elements_text(Model& model, bool elastic);
-/// Materials and sections of the bodies that are elastic as asked.
+/// Materials and sections of the elastic bodies, or of the others.
 std::string materials_text(Model& model, bool elastic);
 /// *SURFACE of boundary triangles of one body.
 std::string surface_text(const Model& model, const std::string& name, int body, const std::vector<int>& faces);
 
-/// Where the surfaces of the joints touch at the pose; empty for joints with a body outside the deck.
+/// @return contact points of each joint at the pose; empty for joints with a body outside the deck
 std::vector<std::vector<ContactPoint>> contacts(const Model& model);
-/// Times of the increments' ends, the channels of each increment and what follows from them with
-/// joints as they are at the pose, laws at their nominal temperatures. Steady: one row, no times.
+/// End times of the increments, the channels of each increment, and the coefficients that follow from them. Joints are
+/// those at the pose, and laws are evaluated at nominal temperatures. Steady state: one row, no times.
 struct Program {
   std::vector<double> ends;
   std::vector<Eigen::VectorXd> rows;

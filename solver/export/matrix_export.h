@@ -22,7 +22,7 @@ struct NamedValue {
   double value = 0;  ///< for the standing machine, in the unit
 };
 
-/// What names.toml holds.
+/// Content of names.toml.
 struct MatrixNames {
   std::vector<NamedValue> films, inputs;
   std::vector<NamedValue> outputs;  ///< without values
@@ -37,8 +37,9 @@ struct MatrixFiles {
   std::vector<std::string> notes;  ///< parts of the model that the matrices do not contain
   Eigen::Index size = 0;           ///< number of unknowns
 };
-/// Writes all files or none. @param pose  of the TCP error and of the values in names.toml
-/// @throws InputError (disk full, no permission)
+/// Writes all files or none, then removes D.mtx and A_film_NAME.mtx of an earlier export.
+/// @param pose  of the TCP error and of the values in names.toml
+/// @throws InputError (neither a sensor nor [tcp], disk full, no permission)
 MatrixFiles write_matrices(const std::filesystem::path& folder, const FullModel& full, const mesh::Pose& pose);
 
 }  // namespace thermotwin::solver

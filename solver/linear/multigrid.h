@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // A X = B for large symmetric positive definite A by conjugate gradients with one V-cycle of
-// multigrid (multigrid_levels.h) as preconditioner; Chebyshev smoothing of degree 2 on the upper
-// part of the diagonally scaled spectrum, dense Cholesky on the coarsest level. Right-hand sides go
-// through in blocks, so that a matrix is read once for several of them; all loops run on the pool
+// multigrid (multigrid_levels.h) as preconditioner. It has Chebyshev smoothing of degree 2 on the upper
+// part of the diagonally scaled spectrum, and dense Cholesky on the coarsest level. Right-hand sides are
+// solved in blocks, so that a matrix is read once for several of them. All loops run on the thread pool
 // in fixed parts, so that results are the same bits for any number of threads.
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ namespace thermotwin::solver {
 
 struct MultigridOptions {
   int block = 1;              ///< consecutive unknowns per node
-  Eigen::MatrixXd near_null;  ///< (n x k) what the operator hardly feels; none: constants
+  Eigen::MatrixXd near_null;  ///< (n x k) vectors with A v near 0, as rigid motions; none: constants
   double tolerance = 1e-10;   ///< residual relative to the right-hand side, each column
   int max_iterations = 300;
   void validate() const;  ///< @throws InputError

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Unknowns beside the bodies' nodes, and their matrices: coolants, one-dimensional along their
-// channels, and well-mixed volumes. A coolant's temperature is linear in each cell of a segment (two
-// unknowns, at its inlet and its outlet), with upwind inflow between cells,
-//   m c [ int phi_i dT/dxi + phi_i(0) (T(0) - T_in) ],
-// discontinuous Galerkin of order 1: the outlet of a cell along a wall of one temperature errs by
-// NTU^4 / 72 of the difference. T_in mixes what the segments before carry, by their flows. G + G^T >= 0
-// holds, since what flows into a segment also flows out. A wall point at s along the path exchanges
-// heat with the fluid at s; without a path all cells see the whole wall.
+// Unknowns beside the bodies' nodes, and their matrices: coolants, one-dimensional along their channels, and well-mixed
+// volumes. A coolant's temperature is linear in each cell of a segment, with unknowns at its inlet and its outlet.
+// Inflow between cells is upwind (discontinuous Galerkin of order 1, mass flow m):
+//   m c [ int phi_i dT/dxi + phi_i(0) (T(0) - T_in) ].
+// Along a wall of uniform temperature, the outlet of a cell errs by NTU^4 / 72 of the difference between inlet and
+// wall. T_in is the mean of the upstream segments, weighted by their flows. The flow matrix G has G + G^T >= 0, because
+// inflow and outflow of a segment are equal. A wall point at s along the path exchanges heat with the fluid at s.
+// Without a path, all cells exchange heat with the whole wall.
 
 #include <vector>
 
@@ -32,7 +32,7 @@ public:
   /// For a flow of 1 kg/s in the circuit, a film coefficient of 1 W/(m^2 K) on the wall.
   void add_flow(int coolant, Triplets& triplets) const;
   void add_wall(const mesh::MachineMesh& mesh, int coolant, int segment, Triplets& triplets) const;
-  /// Where an inlet 1 K warmer brings heat, W for 1 kg/s.
+  /// Heat into the unknowns from an inlet 1 K warmer, W at 1 kg/s.
   SparseColumn inlet(int coolant) const;
   /// Temperature of the mixed return, as weights of unknowns.
   SparseColumn outflow(int coolant) const;

@@ -24,18 +24,18 @@ public:
   /// @param c      (loads) coefficients, constant over the step   @param step_s  > 0
   /// @throws SolverError if the iteration does not converge
   virtual void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c, double step_s) = 0;
-  /// Whether matrices depend on the temperature from place to place. Then linearise() says between
-  /// which states the next step is expected to go, and the step is repeated until it does.
+  /// @return whether matrices depend on the local temperature. If so, linearise() states the expected start and end of
+  ///   the next step, and the caller repeats the step until its end agrees
   virtual bool is_nonlinear() const { return false; }
   virtual void linearise(const Eigen::MatrixXd& /*start*/, const Eigen::MatrixXd& /*end*/,
                          const std::vector<Coefficients>&) {}
   /// Temperatures whose heat flows the last step had, (size x loads), see HeatBalance; null: not kept.
   virtual const Eigen::MatrixXd* mean_over_step() const { return nullptr; }
-  /// What was local to a load in the last step; null: nothing.
+  /// Contribution of a load's local terms to the last step (LocalTerms); null: none.
   virtual const LocalTerms::Change* local_change(std::size_t /*load*/) const { return nullptr; }
   /// (sensors + observed x loads) K above the reference
   virtual Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const = 0;
-  /// What the next steps' bits depend on besides the state, for a checkpoint.
+  /// Saves, for a checkpoint, the data besides the state that determine the bits of the next steps.
   virtual void save(core::BinaryWriter&) const {}
   virtual void load(core::BinaryReader&) {}
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The variants of a plan. A group is a mesh size and one combination of the fixed values; each has the same draws. The
-// design of Saltelli (2010) has, for each sample, the rows A, B and, for each drawn parameter i, A with the i-th value
-// of B.
+// The variants of a plan. A group is a mesh size with one combination of the fixed values; all groups have the same
+// draws. If nothing is drawn, the combinations are the variants of one group. The design of Saltelli (2010) has, for
+// each sample, the rows A, B and, for each drawn parameter i, A with the i-th value of B.
 
 #include <Eigen/Core>
 
@@ -18,7 +18,7 @@ namespace thermotwin::study {
 struct Group {
   std::string name;  ///< folder of its tables: the size, with a number where values are combined
   std::string size;
-  Eigen::VectorXd fixed;  ///< (parameters) value of each fixed one; NaN: drawn
+  Eigen::VectorXd fixed;  ///< (parameters) value of each fixed one; NaN: differs within the group
 };
 
 struct Variant {

@@ -46,7 +46,7 @@ const KeyTable plan_file{
                   "A Latin hypercube; independent draws; or the design of Saltelli, with samples x (parameters + 2) "
                   "machines."),
         key::whole("seed", 0, 2147483647, 1.0, "Seed of the draws."),
-        key::whole("block", 1, 1000, 12.0, "Most variants that run side by side in one unit of work."),
+        key::whole("block", 1, 1000, 12.0, "Largest number of variants that one unit of work computes side by side."),
         key::tables("parameter", parameter_table, Absent{"the machine as stated alone"},
                     "One for each kind of parameter that differs."),
     }};

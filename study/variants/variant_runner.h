@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Computes units of a study. On the full model all variants of a unit are columns of one block: they share mesh, one
-// factor as preconditioner, the output rows and each pass over the matrices; every variant is iterated to its own
-// residual, so the result is that of separate runs to the tolerance of the iteration. On a reduced model each variant
-// is a run of its own, and material data and stiffnesses act through the model's parts.
+// Computes units of a study. On the full model, all variants of a unit are columns of one block. They share the mesh,
+// one factor as preconditioner, the output rows and each pass over the matrices. Every variant is iterated to its own
+// residual, so the result equals that of separate runs to the tolerance of the iteration. With the adaptive scheme, and
+// on a reduced model, each variant is a run of its own. A reduced model applies material data and stiffnesses through
+// its parts.
 
 #include <filesystem>
 #include <memory>
@@ -33,9 +34,9 @@ public:
   VariantRunner(const StudyPlan& plan, const Design& design, RunnerOptions options);
   ~VariantRunner();
 
-  /// Computes the unit and writes its tables into the folder. A stopped unit goes on from its checkpoint there.
+  /// Computes the unit and writes its tables into the folder. A stopped block continues from its checkpoint there.
   /// @throws MeshError, SolverError for variants that cannot be computed; InputError for a folder that cannot be
-  ///   written; Interrupted
+  ///   written, or a block that exceeds the memory; Interrupted
   UnitFiles run(const VariantUnit& unit, const std::filesystem::path& folder);
 
   /// Nodes of the mesh that was used last; 0: none was.
@@ -53,7 +54,7 @@ private:
   std::unique_ptr<Full> full_;  ///< of the matrices that were used last
 };
 
-/// What tables of all units take on disk, bytes.
+/// Estimated size of the tables of all units on disk, bytes.
 double disk_need(const StudyPlan& plan, const Design& design);
 
 /// @throws InputError if the disk has no room for it

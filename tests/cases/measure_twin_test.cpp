@@ -119,6 +119,18 @@ TEST(MeasureTwin, ThermalTestsBecomeTables) {
   EXPECT_EQ(rows[2]["count"], 13);
 }
 
+TEST(MeasureTwin, CommonOptionsStandBeforeOrAfterTheSecondWord) {
+  const Toy toy;
+  const std::vector<std::string> rest{"plan", "spindle", "--case", toy.path(), "--warm-up", "0.5", "--cool-down", "0.5"};
+  std::vector<std::string> words{"measure", "--out", toy.file("before"), "--quiet"};
+  words.insert(words.end(), rest.begin(), rest.end());
+  ASSERT_EQ(thermotwin(words).status, 0);
+  EXPECT_TRUE(fs::exists(toy.file("before/program.nc")));
+  words.insert(words.end(), {"--out", toy.file("after")});
+  ASSERT_EQ(thermotwin(words).status, 0);
+  EXPECT_TRUE(core::read_file(toy.file("after/program.nc")) == core::read_file(toy.file("before/program.nc")));
+}
+
 TEST(MeasureTwin, SlipsAreRefused) {
   const Toy toy;
   const Result low = plan(toy, "rtest", {{"--height", "5"}});

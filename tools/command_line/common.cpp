@@ -61,6 +61,27 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
   verb.add_flag("--json", options.json, "Print the summary as one JSON object to stdout.")->group(common);
 }
 
+namespace {
+
+void take_over(const CLI::App& group, const CommonOptions& common, CommonOptions& options) {
+  const CLI::App& verb = *group.get_subcommands().front();
+  const auto only_before = [&](const char* name) { return group.count(name) > 0 && verb.count(name) == 0; };
+  if (only_before("--out")) options.out = common.out;
+  if (only_before("--threads")) options.threads = common.threads;
+  if (only_before("--quiet")) options.quiet = true;
+  if (only_before("--json")) options.json = true;
+}
+
+}  // namespace
+
+void share_common_options(CLI::App& group, const std::vector<std::shared_ptr<CommonOptions>>& verbs) {
+  const auto common = std::make_shared<CommonOptions>();
+  add_common_options(group, *common);
+  group.parse_complete_callback([&group, common, verbs] {
+    for (const auto& options : verbs) take_over(group, *common, *options);
+  });
+}
+
 void require_numbers(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
     if (!option->get_type_name().starts_with("FLOAT")) continue;
@@ -81,7 +102,7 @@ void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::
 }
 
 void add_checkpoint_option(CLI::App& verb, double& every_s) {
-  verb.add_option("--checkpoint-every", every_s, "Computing time between checkpoints, s.")
+  verb.add_option("--checkpoint-every", every_s, "Wall-clock time between checkpoints, s.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }

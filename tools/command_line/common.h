@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/process.h"
 #include "core/progress.h"
@@ -18,6 +19,9 @@ namespace thermotwin::tools {
 std::shared_ptr<CLI::Formatter> help_formatter();
 
 void add_common_options(CLI::App& verb, CommonOptions& options);
+/// The common options of a group of verbs: given before the verb's name, they count unless the verb has its own.
+/// @param verbs  the options of all verbs of the group
+void share_common_options(CLI::App& group, const std::vector<std::shared_ptr<CommonOptions>>& verbs);
 /// `reduce` has an --order of its own.
 void add_mesh_options(CLI::App& verb, std::string& size, int& order,
                       const std::string& order_name = "--mesh-order,--order");

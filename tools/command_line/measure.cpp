@@ -8,7 +8,8 @@ namespace thermotwin::tools {
 
 namespace {
 
-void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& options) {
+std::shared_ptr<CommonOptions> add_uncertainty(CLI::App& group) {
+  const auto options = std::make_shared<MeasureOptions>();
   MeasureOptions& measured = *options;
   CLI::App* verb = add_verb(
       group, "uncertainty",
@@ -54,9 +55,11 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--seed", measured.seed, "Seed of the random numbers.")->capture_default_str()->needs(arc);
+  return options;
 }
 
-void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options) {
+std::shared_ptr<CommonOptions> add_analyse(CLI::App& group) {
+  const auto options = std::make_shared<MeasureOptions>();
   MeasureOptions& measured = *options;
   CLI::App* verb =
       add_verb(group, "analyse",
@@ -75,6 +78,7 @@ void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options
                    "R-Test), points for the deviations at the points (default of a grid).")
       ->check(CLI::IsMember({"errors", "points"}));
   verb->add_option("--ambient", measured.ambient, "Temperature channel for gradients per K of an ISO 230-3 test.");
+  return options;
 }
 
 void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
@@ -116,7 +120,7 @@ void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
       ->capture_default_str();
 }
 
-void add_plan(CLI::App& group) {
+std::shared_ptr<CommonOptions> add_plan(CLI::App& group) {
   const auto options = std::make_shared<MeasurePlanOptions>();
   MeasurePlanOptions& planned = *options;
   metrology::PlanOptions& plan = planned.plan;
@@ -166,9 +170,10 @@ void add_plan(CLI::App& group) {
                    "between, e.g. 21,26 (default: the machine's).")
       ->delimiter(',');
   add_plan_of_points(*verb, planned);
+  return options;
 }
 
-void add_simulate_test(CLI::App& group) {
+std::shared_ptr<CommonOptions> add_simulate_test(CLI::App& group) {
   const auto options = std::make_shared<MeasureSimulateOptions>();
   MeasureSimulateOptions& simulated = *options;
   CLI::App* verb = add_verb(group, "simulate",
@@ -202,23 +207,20 @@ void add_simulate_test(CLI::App& group) {
       ->capture_default_str();
   add_mesh_options(*verb, simulated.size, simulated.mesh_order);
   add_solver_option(*verb, simulated.solver);
+  return options;
 }
 
 }  // namespace
 
 void add_measure(CLI::App& app) {
-  const auto options = std::make_shared<MeasureOptions>();
   CLI::App* group =
       app.add_subcommand("measure", "Plans and evaluates tests of location errors and states their uncertainty.");
-  add_common_options(*group, *options);  // shared with the verbs below, wherever they stand
   group->require_subcommand(1);
   group->footer(
       "Example:\n  thermotwin measure uncertainty cases/budgets/jcgm100_h2.toml\nthermotwin measure VERB --help "
       "describes a verb and its options.");
-  add_plan(*group);
-  add_simulate_test(*group);
-  add_uncertainty(*group, options);
-  add_analyse(*group, options);
+  share_common_options(*group,
+                       {add_plan(*group), add_simulate_test(*group), add_uncertainty(*group), add_analyse(*group)});
 }
 
 }  // namespace thermotwin::tools

@@ -7,16 +7,6 @@
 namespace thermotwin::tools {
 namespace {
 
-/// What was given before the verb, where it was not given after it.
-void take_over(const CLI::App& group, const CommonOptions& common, CommonOptions& options) {
-  const CLI::App& verb = *group.get_subcommands().front();
-  const auto only_before = [&](const char* name) { return group.count(name) > 0 && verb.count(name) == 0; };
-  if (only_before("--out")) options.out = common.out;
-  if (only_before("--threads")) options.threads = common.threads;
-  if (only_before("--quiet")) options.quiet = true;
-  if (only_before("--json")) options.json = true;
-}
-
 /// Options of a study in units.
 void add_cluster_options(CLI::App& verb, ClusterOptions& cluster) {
   auto* local = verb.add_flag("--local", cluster.local, "Compute on this host (default).");
@@ -206,18 +196,12 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
 
 void add_study(CLI::App& app) {
   CLI::App* group = app.add_subcommand("study", "Computes families of machines, here or on a cluster.");
-  const auto common = std::make_shared<CommonOptions>();
-  add_common_options(*group, *common);
   group->require_subcommand(1);
   group->footer(
       "Example:\n  thermotwin study variants family.toml\nthermotwin study VERB --help describes a verb and its "
       "options.");
-  const std::vector<std::shared_ptr<CommonOptions>> all{add_variants(*group), add_campaign_study(*group),
-                                                        add_validate_study(*group), add_sensors(*group),
-                                                        add_tests(*group)};
-  group->parse_complete_callback([group, common, all] {
-    for (const auto& options : all) take_over(*group, *common, *options);
-  });
+  share_common_options(*group, {add_variants(*group), add_campaign_study(*group), add_validate_study(*group),
+                                add_sensors(*group), add_tests(*group)});
 }
 
 }  // namespace thermotwin::tools

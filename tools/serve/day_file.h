@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The moments of the last 24 h on the disk, so that the page shows them after a power cut, too. Each is appended as a
-// line: a power cut costs the last one at most.
+// line; a power cut costs the lines that the system had not yet written to the disk, usually the last one at most.
 
 #include <filesystem>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What the page of `serve` shows, between the process that follows the model and the server of the page
-// (page_server_module.cpp). Readers take the newest moment: a slow one misses some and holds up nobody.
+// Data of the page of `serve`, shared by the thread that receives the model's results and the threads of the page's
+// server (page_server_module.cpp). Readers take the newest moment. A reader that lags skips moments and blocks nobody.
 
 #include <atomic>
 #include <condition_variable>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The rows that a new model has to know, on the disk, so that a restart of `serve` does not lose them. Each is appended
-// as a line with a number and a check sum of its own: a power cut costs the last one at most.
+// The rows of the last 24 h, kept on disk so that a new model can use them after a restart of `serve`. Each is appended
+// as a line with a number and a checksum, so that a line that was cut off is recognised.
 
 #include <cstddef>
 #include <filesystem>
@@ -26,7 +26,7 @@ public:
     std::string header;
     std::vector<KeptRow> rows;
   };
-  /// @return what is whole, behind the last place that is damaged; such a place is a warning
+  /// @return the header and the undamaged rows after the last gap in the line numbers; damaged lines give a warning
   Content read();
   /// Writes the file anew.
   void write(const Content& content);
