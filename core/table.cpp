@@ -181,6 +181,19 @@ Table parse_csv(const std::string& text, const std::string& source) {
 
 Table read_csv(const std::filesystem::path& path) { return parse_csv(read_file(path), path.string()); }
 
+namespace {
+
+/// Significant digits that state the milliseconds of the largest time, such as one since 1970.
+int digits_of_times(const Table& table) {
+  double largest = 0.0;
+  if (table.columns.empty() || table.columns[0] != "time_s") return 0;
+  for (const double time : table.values.col(0))
+    if (std::abs(time) > largest) largest = std::abs(time);
+  return std::isfinite(largest) && largest >= 1.0 ? std::min(15, static_cast<int>(std::log10(largest)) + 4) : 0;
+}
+
+}  // namespace
+
 void write_csv(const std::filesystem::path& path, const Table& table, int digits) {
   assert(table.values.cols() == std::ssize(table.columns));
   fmt::memory_buffer text;
@@ -192,6 +205,7 @@ void write_csv(const std::filesystem::path& path, const Table& table, int digits
     }
   }
   fmt::format_to(out, "{}\n", join(table.columns, ","));
+  const int time_digits = std::max(digits, digits_of_times(table));
   for (Eigen::Index row = 0; row < table.rows(); ++row) {
     for (Eigen::Index column = 0; column < table.values.cols(); ++column) {
       if (column > 0) text.push_back(',');
@@ -199,7 +213,8 @@ void write_csv(const std::filesystem::path& path, const Table& table, int digits
       if (std::isnan(value)) {
         fmt::format_to(out, "nan");
       } else {
-        fmt::format_to(out, "{:.{}g}", value, digits);
+        const bool is_time = column == 0 && table.columns[0] == "time_s";
+        fmt::format_to(out, "{:.{}g}", value, is_time ? time_digits : digits);
       }
     }
     text.push_back('\n');

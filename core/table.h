@@ -35,7 +35,8 @@ Table read_csv(const std::filesystem::path& path);
 /// Reads a table from text, for tests and fuzzers. @param source  name for messages
 Table parse_csv(const std::string& text, const std::string& source);
 
-/// Writes the file whole or not at all. @param digits  significant digits of each number
+/// Writes the file whole or not at all.
+/// @param digits  significant digits of each number; times, in the column time_s, keep their milliseconds as well
 void write_csv(const std::filesystem::path& path, const Table& table, int digits = 9);
 
 /// Checks that column 0 is time_s, complete and strictly rising ("time runs backwards").

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "core/missing.h"
 #include "core/statistics.h"
@@ -18,27 +19,29 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Rows for which a reading stands: up to the gap that nine of ten readings keep.
-Index typical_gap(const VectorXd& values) {
+/// Time, s, for which a reading stands: the gap that nine of ten readings keep. Other channels may have rows between.
+double typical_gap(const VectorXd& time, const VectorXd& values) {
   std::vector<double> gaps;
   Index last = -1;
   for (Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
-    if (last >= 0) gaps.push_back(i - last);
+    if (last >= 0) gaps.push_back(time[i] - time[last]);
     last = i;
   }
-  if (gaps.empty()) return 1;
-  return static_cast<Index>(core::nth_smallest(gaps, (std::ssize(gaps) - 1) * 9 / 10));
+  if (gaps.empty()) return 0.0;
+  return core::nth_smallest(gaps, (std::ssize(gaps) - 1) * 9 / 10);
 }
 
-VectorXd held(const VectorXd& values, Index longest) {
+/// @param longest  s; a row at the end of such a gap has a reading of its own, or none
+VectorXd held(const Eigen::Ref<const VectorXd>& time, const Eigen::Ref<const VectorXd>& values, double longest) {
+  constexpr double rounding = 1e-6;
   VectorXd result = values;
   Index last = -1;
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) {
       last = i;
     } else {
-      result[i] = last >= 0 && i - last < longest ? values[last] : missing;
+      result[i] = last >= 0 && time[i] - time[last] < longest * (1.0 - rounding) ? values[last] : missing;
     }
   }
   return result;
@@ -105,10 +108,11 @@ Dataset make_dataset(const Measurement& measurement) {
       data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel),
                              channel.kind == ChannelKind::speed, channel.input});
       // Nothing is held over a pause.
-      const Index longest = temperature ? typical_gap(values) : values.size();
+      const double longest = temperature ? typical_gap(data.time, values) : std::numeric_limits<double>::infinity();
       for (std::size_t s = 0; s < data.starts.size(); ++s) {
-        auto stretch = values.segment(data.starts[s], data.stretch_end(s) - data.starts[s]);
-        stretch = held(stretch, longest);
+        const Index first = data.starts[s], count = data.stretch_end(s) - first;
+        auto stretch = values.segment(first, count);
+        stretch = held(data.time.segment(first, count), stretch, longest);
       }
       inputs.push_back(std::move(values));
     }

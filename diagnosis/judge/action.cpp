@@ -274,6 +274,12 @@ std::string unknown_action(const Diagnosis& diagnosis) {
       std::max_element(diagnosis.analysis.begin(), diagnosis.analysis.end(),
                        [&](const auto& a, const auto& b) { return a.ratio * concerned(a) < b.ratio * concerned(b); });
   if (furthest == diagnosis.analysis.end()) return "";
+  if (furthest->ratio < 1.0) {
+    return fmt::format(
+        "Begin with {}: its residual comes closest to the expected one ({:.1f} times it), and no known kind of cause "
+        "explains its course. A second sensor or probe beside it shows whether the machine or the reading is wrong.",
+        furthest->id, furthest->ratio);
+  }
   return fmt::format(
       "Begin with {}: its residual is {:.1f} times the expected one{}, and no known kind of cause explains it. A "
       "second sensor or probe beside it shows whether the machine or the reading is wrong.",

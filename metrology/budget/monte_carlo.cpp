@@ -90,26 +90,32 @@ public:
       if (norm > 0.0) root_.row(i) /= norm;
     }
     independent_ = budget.correlation.isIdentity(0.0);
-    groups_.resize(budget.inputs.size());
+    mean_squares_.resize(budget.inputs.size());
+    for (const BudgetInput& input : budget.inputs) {
+      const auto same = [&](const BudgetInput& other) {
+        return other.group == input.group && other.degrees_of_freedom == input.degrees_of_freedom;
+      };
+      pools_.push_back(std::find_if(budget.inputs.begin(), budget.inputs.end(), same) - budget.inputs.begin());
+    }
   }
 
   void operator()(Normal& random, VectorXd& x) {
     const Index n = x.size();
     for (Index i = 0; i < n; ++i) x[i] = random();
     if (!independent_) x = (root_ * x).eval();
-    std::fill(groups_.begin(), groups_.end(), 0.0);
+    std::fill(mean_squares_.begin(), mean_squares_.end(), 0.0);
     for (Index i = 0; i < n; ++i) {
       const BudgetInput& input = budget_.inputs[i];
-      x[i] = input.value + input.std * standard(input, x[i], random);
+      x[i] = input.value + input.std * standard(input, x[i], mean_squares_[pools_[i]], random);
     }
   }
 
 private:
   /// Of variance 1 from a normal score.
-  double standard(const BudgetInput& input, double score, Normal& random) {
+  /// @param mean_square  one for correlated inputs of the same degrees of freedom; 0: not yet drawn
+  static double standard(const BudgetInput& input, double score, double& mean_square, Normal& random) {
     if (input.distribution == Distribution::normal) {
       if (std::isinf(input.degrees_of_freedom)) return score;
-      double& mean_square = groups_[input.group];  // one for inputs that were read together
       if (mean_square == 0.0) mean_square = random.mean_square(input.degrees_of_freedom);
       return score / std::sqrt(mean_square);
     }
@@ -130,7 +136,8 @@ private:
   const Budget& budget_;
   MatrixXd root_;
   bool independent_ = true;
-  std::vector<double> groups_;
+  std::vector<double> mean_squares_;
+  std::vector<Index> pools_;  ///< (inputs) place of its mean square
 };
 
 MatrixXd drawn(const Budget& budget) {
@@ -232,11 +239,9 @@ Comparison compare(const Budget& budget, const GumResult& gum, const MonteCarloR
   const CoverageInterval& interval = draws.symmetric[quantity];
   result.low_apart = std::abs(gum.value[quantity] - gum.expanded[quantity] - interval.low);
   result.high_apart = std::abs(gum.value[quantity] + gum.expanded[quantity] - interval.high);
-  const double apart = std::max(result.low_apart, result.high_apart);
-  if (apart > result.tolerance) {
-    const bool sure = apart - 2.0 * draws.end_std[quantity] > result.tolerance;
-    result.agreement = sure ? Agreement::disagree : Agreement::undecided;
-  }
+  const double apart = std::max(result.low_apart, result.high_apart), margin = 2.0 * draws.end_std[quantity];
+  if (apart + margin > result.tolerance)
+    result.agreement = apart - margin > result.tolerance ? Agreement::disagree : Agreement::undecided;
   result.enough_draws = 2.0 * draws.end_std[quantity] <= 0.2 * result.tolerance;
   return result;
 }

@@ -101,7 +101,7 @@ ResidualTest residual_test(const Estimates& estimates, double std) {
   }
   const double degrees = test.degrees;
   test.ratio = std::sqrt(squares / degrees) / std;
-  test.exceeds = diagnosis::chi_square_tail(squares / (std * std), degrees) < 0.001;
+  test.exceeds = diagnosis::chi_square_tail(squares / (std * std), degrees) < residual_probability;
   return test;
 }
 

@@ -39,6 +39,7 @@ struct Estimates {
   /// Errors that at least one cycle cannot observe, with those that have the same effect: "Y0B: not observable: the
   /// points do not distinguish it from Y0C". Empty: all are observable.
   std::vector<std::string> not_observable;
+  std::vector<std::string> not_estimated;  ///< left out, with those that act alike: "EYX2 from ECX1"
 
   bool turns(std::size_t error) const { return units[error] == "um/m"; }
   std::vector<std::size_t> observed() const;  ///< errors that all cycles observe
@@ -66,6 +67,8 @@ LinearFit fit_linear(const Eigen::MatrixXd& rows, const Eigen::VectorXd& right);
 
 /// Takes the observable ones of the first parameters. @param variance  of a row
 CycleResult cycle_result(const LinearFit& fit, Eigen::Index errors, double variance);
+
+constexpr double residual_probability = 0.001;  ///< of a chi-square that exceeds what is stated, by chance
 
 /// The residuals of all cycles against the stated uncertainty of a row.
 struct ResidualTest {

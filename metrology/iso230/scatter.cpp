@@ -14,11 +14,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr Index draws = 400, least_sequences = 5;
-constexpr double equal_steps = 0.01;     ///< of a step between times
 constexpr Index least_values = 8;        ///< of a course that is smoothed
 constexpr double like_the_least = 0.05;  ///< of the least misfit
 constexpr double of_scatter = 1.07;      ///< relative uncertainty of a scatter from third differences, times sqrt(n)
-constexpr double third_difference = 20;  ///< variance of third differences over that of a value: 1 + 9 + 9 + 1
 
 double spread(const Eigen::Ref<const VectorXd>& values) { return values.maxCoeff() - values.minCoeff(); }
 
@@ -46,20 +44,26 @@ VectorXd moving_line(const VectorXd& values, Index half, double& misfit) {
 }  // namespace
 
 double scatter_of(const VectorXd& time, const VectorXd& values, double stated) {
+  std::vector<Index> known;
+  for (Index i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i])) known.push_back(i);
   double squares = 0.0;
   Index count = 0;
-  for (Index i = 0; i + 3 < values.size(); ++i) {
-    const double step = time[i + 1] - time[i];
-    if (std::abs(time[i + 2] - time[i + 1] - step) > equal_steps * step ||
-        std::abs(time[i + 3] - time[i + 2] - step) > equal_steps * step)
-      continue;
-    const double difference = values[i + 3] - 3.0 * values[i + 2] + 3.0 * values[i + 1] - values[i];
-    if (std::isnan(difference)) continue;
-    squares += difference * difference;
+  for (std::size_t first = 0; first + 3 < known.size(); ++first) {
+    const Index* at = &known[first];
+    double difference = 0.0, variance = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      double weight = 1.0;
+      for (int k = 0; k < 4; ++k)
+        if (k != i) weight *= (time[at[3]] - time[at[0]]) / (time[at[i]] - time[at[k]]);
+      difference += weight * values[at[i]];
+      variance += weight * weight;
+    }
+    squares += difference * difference / variance;
     ++count;
   }
   if (count < least_sequences) return stated;
-  const double found = std::sqrt(squares / (third_difference * count));
+  const double found = std::sqrt(squares / (1.0 * count));
   return found < stated * (1.0 - 2.0 * of_scatter / std::sqrt(1.0 * count)) ? found : stated;
 }
 

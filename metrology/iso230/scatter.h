@@ -14,7 +14,7 @@ namespace thermotwin::metrology {
 
 /// @param values  NaN: missing @param stated  one standard deviation of a value
 /// @return standard deviation of the part that differs from value to value; the stated one unless the estimate,
-///   from at least five sequences of four values at equal time steps, is clearly smaller
+///   from third divided differences of at least five sequences of four known values, is clearly smaller
 double scatter_of(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double stated);
 
 /// The course of the motion; fewer than eight values as they are.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/statistics.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "metrology/iso230/scatter.h"
@@ -24,6 +25,7 @@ namespace {
 
 constexpr double least_reliability = 0.1;  ///< of a temperature with a gradient
 constexpr double sure = 3.0;               ///< standard deviations of the scatter's variance
+constexpr double longest_gap = 3.0;        ///< between readings, over the median one, for a value between them
 
 const MeasuredChannel& temperature_named(const Measurement& measurement, const std::string& id) {
   std::vector<std::string> known;
@@ -44,6 +46,38 @@ const MeasuredChannel& temperature_named(const Measurement& measurement, const s
 double range_of(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return *high - *low;
+}
+
+/// The temperature at the times of values that have none in their row, between its readings.
+/// @param scatter  of a reading; becomes that of what is returned
+VectorXd beside_values(const VectorXd& time, const VectorXd& values, const VectorXd& temperature, double& scatter) {
+  std::vector<Index> known;
+  for (Index i = 0; i < temperature.size(); ++i)
+    if (!std::isnan(temperature[i])) known.push_back(i);
+  std::vector<double> gaps;
+  for (std::size_t k = 1; k < known.size(); ++k) gaps.push_back(time[known[k]] - time[known[k - 1]]);
+  if (gaps.empty()) return temperature;
+  const double longest = longest_gap * core::median(gaps);
+  VectorXd result = temperature;
+  double shares = 0.0;
+  Index count = 0;
+  for (Index i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    double share = 1.0;  // of the scatter's variance
+    if (std::isnan(temperature[i])) {
+      const auto next = std::lower_bound(known.begin(), known.end(), i);
+      if (next == known.begin() || next == known.end()) continue;
+      const Index low = *(next - 1), high = *next;
+      if (time[high] - time[low] > longest) continue;
+      const double weight = (time[i] - time[low]) / (time[high] - time[low]);
+      result[i] = (1.0 - weight) * temperature[low] + weight * temperature[high];
+      share = weight * weight + (1.0 - weight) * (1.0 - weight);
+    }
+    shares += share;
+    ++count;
+  }
+  if (count > 0) scatter *= std::sqrt(shares / (1.0 * count));
+  return result;
 }
 
 /// Slope over the temperature, whose values scatter, and its standard deviation (Fuller 1987, 1.2.3 with a known
@@ -128,7 +162,11 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
       row.first_hour_motion = ranges[0].motion;
       row.first_hour_std = ranges[0].std;
     }
-    if (temperature.size() > 0) find_gradient(values, temperature, channel.uncertainty, scatter, row);
+    if (temperature.size() > 0) {
+      double own_scatter = scatter;
+      const VectorXd at = beside_values(time, values, temperature, own_scatter);
+      find_gradient(values, at, channel.uncertainty, own_scatter, row);
+    }
     table.rows.push_back(std::move(row));
   }
   if (table.rows.empty()) {

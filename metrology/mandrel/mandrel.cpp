@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/statistics/statistics.h"
 #include "metrology/rtest/result_folder.h"
 
 namespace thermotwin::metrology {
@@ -146,6 +148,17 @@ MatrixXd rows_of(const MandrelRecord& record, const std::vector<std::string>& qu
   return rows;
 }
 
+/// Rotations among the values of these quantities, 0 for others.
+Vector3d turn_of(const std::vector<std::string>& quantities, const VectorXd& values) {
+  const std::vector<std::string>& all = quantity_names();
+  Vector3d turn = Vector3d::Zero();
+  for (Index k = 0; k < values.size(); ++k) {
+    const Index component = std::find(all.begin(), all.end(), quantities[k]) - all.begin();
+    if (component >= 3) turn[component - 3] = values[k];
+  }
+  return turn;
+}
+
 }  // namespace
 
 const core::KeyTable& mandrel_keys() { return mandrel_file; }
@@ -227,12 +240,7 @@ Estimates analyse(const MandrelRecord& record) {
     cycle.residual_rms = std::sqrt(cycle.residual.squaredNorm() / rows.rows());
     cycle.value = value(kept);
     cycle.covariance = shape.cofactor(kept, kept);
-    Vector3d turn = Vector3d::Zero();
-    for (std::size_t k = 0; k < kept.size(); ++k) {
-      const auto& all = quantity_names();
-      const Index component = std::find(all.begin(), all.end(), result.errors[k]) - all.begin();
-      if (component >= 3) turn[component - 3] = cycle.value[k];
-    }
+    const Vector3d turn = turn_of(result.errors, cycle.value);
     // A wrong place acts on the change that is stated, in all rows alike.
     if (i == 0 && record.against_first) first_turn = turn;
     VectorXd systematic(rows.rows());
@@ -244,7 +252,37 @@ Estimates analyse(const MandrelRecord& record) {
     result.cycles.push_back(std::move(cycle));
   }
   complete(result.cycles, record.against_first);
+  const VectorXd zeros = record.against_first ? result.cycles.front().residual : VectorXd::Zero(rows.rows());
+  for (CycleResult& cycle : result.cycles) {
+    cycle.residual -= zeros;
+    cycle.residual_rms = std::sqrt(cycle.residual.squaredNorm() / rows.rows());
+  }
   return result;
+}
+
+ResidualTest residual_test(const MandrelRecord& record, const Estimates& estimates) {
+  const Index rows = std::ssize(estimates.cycles), probes = std::ssize(record.probes);
+  MatrixXd scaled(rows, probes);
+  for (Index i = 0; i < rows; ++i) {
+    const CycleResult& cycle = estimates.cycles[i];
+    const Vector3d turn = turn_of(estimates.errors, cycle.value);
+    for (Index p = 0; p < probes; ++p) {
+      const MandrelProbe& probe = record.probes[p];
+      const double of_place = probe.place_std * probe.direction.cross(turn).norm();
+      scaled(i, p) = cycle.residual[p] / std::hypot(probe.std, of_place);
+    }
+  }
+  if (record.against_first) scaled.rowwise() -= scaled.colwise().mean().eval();
+  ResidualTest test;
+  test.degrees = (record.against_first ? rows - 1 : rows) * estimates.cycles.front().degrees_of_freedom;
+  if (test.degrees < 1) {
+    test.ratio = std::numeric_limits<double>::quiet_NaN();
+    return test;
+  }
+  const double squares = scaled.squaredNorm(), degrees = test.degrees;
+  test.ratio = std::sqrt(squares / degrees);
+  test.exceeds = diagnosis::chi_square_tail(squares, degrees) < residual_probability;
+  return test;
 }
 
 }  // namespace thermotwin::metrology

@@ -52,4 +52,8 @@ const core::KeyTable& mandrel_keys();
 /// @throws InputError: probes that observe nothing, or not a quantity that is asked for
 Estimates analyse(const MandrelRecord& record);
 
+/// The residuals against the stated uncertainties of the probes and of their places. With the first row as reference,
+/// constant residuals are the zeros of the probes and do not count.
+ResidualTest residual_test(const MandrelRecord& record, const Estimates& estimates);
+
 }  // namespace thermotwin::metrology

@@ -182,6 +182,7 @@ RTestAnalysis analyse(const RTestRecord& record) {
   const std::vector<ErrorTerm> terms = error_terms(record.errors, map, record.chain, place);
   RTestAnalysis result;
   result.errors = record.errors;
+  result.not_estimated = record.left_out;
   result.units = units_of_errors(record.errors);
   std::vector<bool> named(record.errors.size(), false);
   std::vector<MatrixXd> effects;

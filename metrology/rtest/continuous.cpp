@@ -4,13 +4,25 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "metrology/rtest/slips.h"
 
 namespace thermotwin::metrology {
 
 using Eigen::Vector3d;
 
+namespace {
+
+/// Not so where the axis carries the tool, or the sphere is on the axis.
+bool points_move(const RTestCycle& cycle) {
+  return std::any_of(cycle.points.begin(), cycle.points.end(), [&](const RTestPoint& point) {
+    return (point.nominal - cycle.points.front().nominal).norm() > places_apart;
+  });
+}
+
+}  // namespace
+
 bool is_continuous(const RTestRecord& record) {
-  return record.moved_axes().size() == 1 &&
+  return record.moved_axes().size() == 1 && points_move(record.cycles.front()) &&
          std::all_of(record.cycles.begin(), record.cycles.end(),
                      [](const RTestCycle& cycle) { return cycle.points.size() >= least_arc_points; });
 }

@@ -17,7 +17,7 @@ namespace thermotwin::metrology {
 /// Cycles with fewer points are no continuous test.
 inline constexpr std::size_t least_arc_points = 20;
 
-/// @return whether every cycle turns one rotary axis, the same one, and has least_arc_points
+/// @return whether every cycle turns one rotary axis, the same one, has least_arc_points, and its points move
 bool is_continuous(const RTestRecord& record);
 
 /// Location errors that the numbers of a fit are, at a deviation of zero from the nominal axis.

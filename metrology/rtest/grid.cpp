@@ -2,13 +2,12 @@
 #include "metrology/rtest/grid.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
-#include "metrology/rtest/error_terms.h"
 #include "metrology/rtest/point_table.h"
 #include "metrology/rtest/record_keys.h"
 
@@ -21,8 +20,6 @@ using Eigen::VectorXd;
 namespace units = core::units;
 
 namespace {
-
-constexpr double distinct = 1e-3;  ///< share of a column's norm that has to be its own
 
 bool moves(const RTestRecord& record, const std::string& axis) {
   double low = 1e300, high = -1e300;
@@ -67,27 +64,8 @@ std::vector<std::string> candidates(const RTestRecord& record, int order) {
 
 }  // namespace
 
-std::vector<std::string> distinguished_errors(const RTestRecord& record, int order) {
-  compensation::OffsetOptions options;
-  options.table_radius = record.table_radius;
-  const compensation::LocationOffsets map(record.chain, options);
-  const std::vector<ErrorTerm> terms = error_terms(candidates(record, order), map, record.chain, record.source);
-  const std::vector<RTestPoint>& points = record.cycles.front().points;
-  std::vector<VectorXd> basis;  // orthonormal
-  std::vector<std::string> chosen;
-  for (const ErrorTerm& term : terms) {
-    VectorXd column(3 * std::ssize(points));
-    for (Index i = 0; i < std::ssize(points); ++i)
-      column.segment<3>(3 * i) = shift_of(term, map, points[i].positions, points[i].nominal);
-    const double norm = column.norm();
-    for (int pass = 0; pass < 2; ++pass)
-      for (const VectorXd& known : basis) column -= known * known.dot(column);
-    if (!(column.norm() > std::max(distinct * norm, 1e-12))) continue;
-    if (2 * std::ssize(basis) >= column.size()) break;
-    basis.emplace_back(column / column.norm());
-    chosen.push_back(term.name);
-  }
-  return chosen;
+ErrorChoice distinguished_errors(const RTestRecord& record, int order) {
+  return distinguished(record, candidates(record, order));
 }
 
 RTestRecord parse_grid(const std::string& toml, const core::Table& points, const std::string& source) {
@@ -107,7 +85,11 @@ RTestRecord parse_grid(const std::string& toml, const core::Table& points, const
     throw InputError(points.source, "no linear axis that moves",
                      "columns such as X_mm, with points at several positions of a linear axis");
   }
-  if (!record.errors_stated) record.errors = distinguished_errors(record, order);
+  if (!record.errors_stated) {
+    ErrorChoice choice = distinguished_errors(record, order);
+    record.errors = std::move(choice.chosen);
+    record.left_out = std::move(choice.left_out);
+  }
   if (record.errors.empty()) throw InputError(place, "no error", "errors of the chain");
   std::vector<std::string> seen;
   for (const std::string& error : record.errors) {

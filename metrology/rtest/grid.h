@@ -10,6 +10,7 @@
 
 #include "core/table.h"
 #include "metrology/fit/estimates.h"
+#include "metrology/rtest/error_choice.h"
 #include "metrology/rtest/record.h"
 
 namespace thermotwin::metrology {
@@ -19,9 +20,8 @@ RTestRecord load_grid(const std::filesystem::path& folder);
 RTestRecord parse_grid(const std::string& toml, const core::Table& points, const std::string& source);
 
 /// The errors that these points distinguish, taken in this order: location errors of the rotary axes that move and of
-/// the table, growth of the scales, rotations of the linear axes, component errors up to a power. One is left out where
-/// less than a thousandth of its effect differs from those before it, or when half of the coordinates are used.
-std::vector<std::string> distinguished_errors(const RTestRecord& record, int order);
+/// the table, growth of the scales, rotations of the linear axes, component errors up to a power.
+ErrorChoice distinguished_errors(const RTestRecord& record, int order);
 
 /// time_s, cycle, positions of the axes, x_mm, y_mm, z_mm, and the residual rx_um, ry_um, rz_um: measured less fitted.
 core::Table residual_table(const RTestRecord& record, const Estimates& estimates);

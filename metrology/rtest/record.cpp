@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "metrology/rtest/error_choice.h"
 #include "metrology/rtest/point_table.h"
 #include "metrology/rtest/record_keys.h"
 
@@ -53,7 +55,11 @@ RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, con
     record.calibration.emplace();
     take_displacements(record, setup, sphere_displacements(*signals, setup, points.rows(), &*record.calibration));
   }
-  if (!record.errors_stated) record.errors = usual_errors(record.chain, record.moved_axes());
+  if (!record.errors_stated) {
+    ErrorChoice choice = default_errors(record);
+    record.errors = std::move(choice.chosen);
+    record.left_out = std::move(choice.left_out);
+  }
   if (record.errors.empty()) {
     throw InputError(place, record.errors_stated ? "no error" : "no rotary axis that moves",
                      "location errors, or points at several positions of a rotary axis");

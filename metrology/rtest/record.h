@@ -38,9 +38,10 @@ struct RTestRecord {
   std::string source;  ///< rtest.toml
   mesh::KinematicChain chain;
   std::vector<std::string> errors;
-  bool errors_stated = false;  ///< in the file, else those of the axes that move
-  double table_radius = 0.3;   ///< m
-  double std = 0;              ///< m, of one coordinate
+  bool errors_stated = false;         ///< in the file, else those of the axes that move
+  std::vector<std::string> left_out;  ///< with errors that are not stated: ErrorChoice::left_out
+  double table_radius = 0.3;          ///< m
+  double std = 0;                     ///< m, of one coordinate
   bool against_first = true, drift = true;
   bool alone = false;  ///< one cycle: against the nominal chain, whatever the file says
   int harmonics = 0;

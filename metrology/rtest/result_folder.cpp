@@ -11,6 +11,7 @@
 #include <regex>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "core/units.h"
 
 namespace thermotwin::metrology {
@@ -54,6 +55,22 @@ Table merged(const Table& a, const Table& b) {
   return table;
 }
 
+/// One clock: the times of the test lie among those of the record of loads.
+void require_one_clock(const Table& test, const Table& beside) {
+  const double first = beside.values(0, 0), last = beside.values(beside.rows() - 1, 0);
+  Index outside = 0;
+  for (const double time : test.values.col(0)) outside += time < first - same_time || time > last + same_time;
+  if (outside == 0) return;
+  const double begin = test.values(0, 0), end = test.values(test.rows() - 1, 0);
+  const std::string of_record = fmt::format("time_s {:.10g} to {:.10g}", first, last),
+                    of_test = fmt::format("{:.10g} to {:.10g} s", begin, end);
+  if (outside == test.rows())
+    throw core::InputError(beside.source, of_record,
+                           "times among those of the test, " + of_test + ": one clock for both");
+  core::warn(fmt::format("{}: {} lies beside {} of {} rows of the test ({}); both need one clock", beside.source,
+                         of_record, outside, test.rows(), of_test));
+}
+
 /// A measurement beside the loads and temperatures of another.
 Measurement with_record(const Measurement& measurement, const std::optional<Measurement>& beside) {
   if (!beside) return measurement;
@@ -63,6 +80,7 @@ Measurement with_record(const Measurement& measurement, const std::optional<Meas
                              "ids that are no location errors of the test");
     }
   }
+  require_one_clock(measurement.data, beside->data);
   Measurement both = *beside;
   both.channels.insert(both.channels.end(), measurement.channels.begin(), measurement.channels.end());
   both.data = merged(beside->data, measurement.data);
@@ -187,8 +205,9 @@ Measurement points_measurement_of(const RTestRecord& record, const std::optional
   std::vector<Row> rows;
   for (const RTestCycle& cycle : record.cycles) {
     if (cycle.points.size() > most_places) {
-      throw core::InputError(cycle.place, fmt::format("{} points", cycle.points.size()),
-                             fmt::format("a discrete test of at most {} points a cycle", most_places));
+      throw core::InputError(
+          cycle.place, fmt::format("{} points", cycle.points.size()),
+          fmt::format("at most {} points a cycle for channels of points; --channels errors has no limit", most_places));
     }
     std::vector<std::size_t> seen;
     for (const RTestPoint& point : cycle.points) {

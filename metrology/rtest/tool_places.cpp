@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -53,6 +54,16 @@ std::vector<Slip> grid_slips(const RTestRecord& record) {
 }
 
 }  // namespace
+
+bool has_linear_positions(const RTestRecord& record) {
+  const std::vector<RTestPoint>& points = record.cycles.front().points;
+  for (const auto& [axis, position] : points.front().positions) {
+    if (record.chain.find(axis)->rotary) continue;
+    for (const RTestPoint& point : points)
+      if (std::abs(point.positions.at(axis) - position) > places_apart) return true;
+  }
+  return false;
+}
 
 ToolPlaces tool_places(const RTestRecord& record) {
   ToolPlaces places;

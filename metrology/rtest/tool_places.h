@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The tool point that the nominal points of a volumetric grid imply. In the frame of the tool at the stated axis
-// positions, all nominal points have the same place. Points that contradict the positions have many places. Two tools
-// of different lengths have two.
+// The tool point that the nominal points of a record with positions of linear axes imply. In the frame of the tool at
+// the stated axis positions, all nominal points have the same place. Points that contradict the positions have many
+// places. Two tools of different lengths have two.
 
 #include <Eigen/Core>
 
@@ -20,5 +20,8 @@ struct ToolPlaces {
 };
 
 ToolPlaces tool_places(const RTestRecord& record);
+
+/// Whether the points have positions of linear axes that move.
+bool has_linear_positions(const RTestRecord& record);
 
 }  // namespace thermotwin::metrology

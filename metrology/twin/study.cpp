@@ -6,6 +6,7 @@
 
 #include "core/units.h"
 #include "metrology/plan/sphere.h"
+#include "metrology/rtest/error_choice.h"
 #include "metrology/twin/signals.h"
 
 namespace thermotwin::metrology {
@@ -91,7 +92,7 @@ RTestRecord record_of(const mesh::Machine& machine, const std::vector<PlannedPoi
     record.cycles.back().points.push_back(
         {point.time, positions_of(machine, point.pose), point.sphere, deviations[i].head<3>()});
   }
-  record.errors = usual_errors(record.chain, record.moved_axes());
+  record.errors = default_errors(record).chosen;
   return record;
 }
 

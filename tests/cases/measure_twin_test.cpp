@@ -121,7 +121,8 @@ TEST(MeasureTwin, ThermalTestsBecomeTables) {
 
 TEST(MeasureTwin, CommonOptionsStandBeforeOrAfterTheSecondWord) {
   const Toy toy;
-  const std::vector<std::string> rest{"plan", "spindle", "--case", toy.path(), "--warm-up", "0.5", "--cool-down", "0.5"};
+  const std::vector<std::string> rest{"plan",      "spindle", "--case",      toy.path(),
+                                      "--warm-up", "0.5",     "--cool-down", "0.5"};
   std::vector<std::string> words{"measure", "--out", toy.file("before"), "--quiet"};
   words.insert(words.end(), rest.begin(), rest.end());
   ASSERT_EQ(thermotwin(words).status, 0);

@@ -188,5 +188,17 @@ TEST(Csv, RubbishIsNotEchoed) {
   }
 }
 
+TEST(Csv, TimesSince1970KeepTheirMilliseconds) {
+  Table table;
+  table.columns = {"time_s", "x"};
+  table.values.resize(2, 2);
+  table.values << 1764381660.125, 1.0 / 3.0, 1764381660.625, 2.0;
+  const TemporaryFolder folder;
+  write_csv(folder / "t.csv", table, 9);
+  const Table read = read_csv(folder / "t.csv");
+  EXPECT_NEAR(read.values(1, 0) - read.values(0, 0), 0.5, 1e-6);
+  EXPECT_NE(read_file(folder / "t.csv").find(",0.333333333\n"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace thermotwin::core

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
@@ -69,7 +71,10 @@ json json_of(const RTestAnalysis& analysis) {
                       {"rank", cycle.rank},
                       {"parameters", cycle.parameters}});
   }
-  return {{"errors", analysis.errors}, {"not_observable", analysis.not_observable}, {"cycles", cycles}};
+  return {{"errors", analysis.errors},
+          {"not_observable", analysis.not_observable},
+          {"not_estimated", analysis.not_estimated},
+          {"cycles", cycles}};
 }
 
 json arcs_json(const RTestRecord& record) {
@@ -190,6 +195,11 @@ std::string text_of(const Estimates& estimates) {
   std::string text = core::format_table(many ? last_rows(estimates) : cycle_rows(estimates));
   if (!many) text += expanded_words(estimates);
   for (const std::string& words : estimates.not_observable) text += words + "\n";
+  if (!estimates.not_estimated.empty()) {
+    text +=
+        fmt::format("assumed 0, because the points do not distinguish them: {}; `errors` in the file chooses others\n",
+                    core::join(estimates.not_estimated, "; "));
+  }
   return text;
 }
 
@@ -202,6 +212,16 @@ std::string residual_words(const Estimates& estimates, double std) {
       "residuals of {:.3g} um are {:.3g} times the stated uncertainty ({} degrees of freedom; by chance in less than "
       "0.1 %): the points show errors that are not estimated, or std_um is too small, so U is too small\n",
       test.ratio * std / units::um, test.ratio, test.degrees);
+}
+
+/// The same of probes around a mandrel, whose stated uncertainties may differ.
+std::string misfit_words(const metrology::ResidualTest& test) {
+  if (!test.exceeds) return "";
+  return fmt::format(
+      "residuals are {:.3g} times the stated uncertainties of the probes ({} degrees of freedom; by chance in less "
+      "than "
+      "0.1 %): a probe is off, quantities are missing, or std_um is too small, so U is too small\n",
+      test.ratio, test.degrees);
 }
 
 /// Cycles as numbers: "1, 3 to 5".
@@ -292,10 +312,22 @@ std::string calibration_words(const metrology::CalibrationCheck& check, json& re
       check.misfit / units::um, check.expected / units::um, check.least_gain, check.most_gain);
 }
 
+/// Results of another kind of test, which this one does not replace.
+void warn_of_others(const MeasureOptions& options, const std::string& own) {
+  std::vector<std::string> others;
+  for (const char* name :
+       {"location_errors.csv", "errors.csv", "displacements.csv", "modes.csv", "thermal_table.json"}) {
+    if (name != own && std::filesystem::exists(options.out / name)) others.emplace_back(name);
+  }
+  if (!others.empty())
+    core::warn(fmt::format("{} has results of another test, which stay: {}", options.out.string(), core::join(others)));
+}
+
 /// The files that all records have in common, and the summary.
 void write_estimates(const MeasureOptions& options, const Estimates& estimates,
                      const compensation::Measurement& measurement, const std::string& table, const std::string& picture,
                      json result, std::string text) {
+  warn_of_others(options, table + ".csv");
   core::write_csv(options.out / (table + ".csv"), metrology::error_table(estimates));
   if (!picture.empty()) core::write_file(options.out / (table + ".svg"), picture);
   if (!measurement.channels.empty()) {
@@ -331,7 +363,8 @@ void analyse_points(const MeasureOptions& options, const RTestRecord& record, bo
   std::string text = text_of(analysis) + residual_words(analysis, record.std);
   text += drift_words(record, analysis) + (record.alone ? alone_words : "");
   if (record.calibration) text += calibration_words(*record.calibration, result);
-  text += grid ? tool_words(record, result) : arcs_words(record) + places_words(record, result);
+  if (!grid) text += arcs_words(record) + places_words(record, result);
+  if (grid || metrology::has_linear_positions(record)) text += tool_words(record, result);
   if (channels == "errors") text += points_words(points);
   write_estimates(options, analysis, measurement, grid ? "errors" : "location_errors",
                   over_time(analysis, grid ? "errors of the chain" : "location errors"), result, text);
@@ -342,9 +375,12 @@ void analyse_mandrel(const MeasureOptions& options) {
   const Estimates estimates = metrology::analyse(record);
   const compensation::Measurement measurement =
       metrology::measurement_of(estimates, record.pose, record.against_first, beside_of(options));
+  const metrology::ResidualTest test = metrology::residual_test(record, estimates);
+  json result = json_of(estimates);
+  result["residual_over_std"] = number_or_null(test.ratio);
   write_estimates(options, estimates, measurement, "displacements",
-                  over_time(estimates, "displacement and rotation of the tool"), json_of(estimates),
-                  text_of(estimates) + (record.alone ? alone_words : ""));
+                  over_time(estimates, "displacement and rotation of the tool"), std::move(result),
+                  text_of(estimates) + misfit_words(test) + (record.alone ? alone_words : ""));
 }
 
 void analyse_surface(const MeasureOptions& options) {
@@ -364,8 +400,10 @@ void analyse_surface(const MeasureOptions& options) {
 }
 
 void analyse_thermal(const MeasureOptions& options) {
-  const metrology::ThermalTable table =
-      metrology::thermal_table(compensation::read_measurement(options.file), options.ambient);
+  compensation::Measurement measurement = compensation::read_measurement(options.file);
+  for (const std::string& words : compensation::blank_implausible(measurement, mesh::PlausibleRange{}))
+    core::warn(words);
+  const metrology::ThermalTable table = metrology::thermal_table(measurement, options.ambient);
   Rows rows{{"channel", "unit", "first hour", "whole test", "without noise", "u", "end", "u"}};
   if (!table.ambient.empty()) rows[0].insert(rows[0].end(), {"per K", "u"});
   json json_rows = json::array();
@@ -396,6 +434,7 @@ void analyse_thermal(const MeasureOptions& options) {
                        {"ambient", table.ambient},
                        {"ambient_range_K", table.ambient_range},
                        {"rows", json_rows}};
+  warn_of_others(options, "thermal_table.json");
   core::write_file(options.out / "thermal_table.json", result.dump(1) + "\n");
   std::string text = core::format_table(rows) + fmt::format("{:.4g} h", table.duration / units::hour);
   if (!table.ambient.empty()) text += fmt::format("; {} changes by {:.3g} K", table.ambient, table.ambient_range);

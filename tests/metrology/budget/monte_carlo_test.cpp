@@ -168,5 +168,35 @@ TEST(MonteCarlo, FewDrawsHaveADeviationOfTheirEnds) {
   EXPECT_LT(ratio, 1.8);
 }
 
+// A correlated input keeps its own degrees of freedom, and no draw decides within the scatter of its ends.
+TEST(MonteCarlo, CorrelatedInputsKeepTheirDegreesOfFreedom) {
+  const Budget budget = Budget::parse(R"toml(schema = 1
+monte_carlo.draws = 400000
+input = [{name = "a", std = 1, degrees_of_freedom = 4}, {name = "b", std = 1, degrees_of_freedom = 30}]
+correlation = [{between = ["a", "b"], coefficient = 0.1}]
+quantity = [{name = "y", formula = "b"}])toml",
+                                      "b.toml");
+  const MonteCarloResult drawn = monte_carlo(budget);
+  EXPECT_NEAR(drawn.std[0], std::sqrt(30.0 / 28.0), 0.01);
+  EXPECT_NEAR(drawn.symmetric[0].high, 2.042, 0.03) << "t(30), 95 %";
+}
+
+TEST(MonteCarlo, NearTheToleranceNothingIsDecided) {
+  Budget budget = budget_of("jcgm101_rectangular.toml");
+  const GumResult linear = gum(budget);
+  MonteCarloResult drawn = monte_carlo(budget);
+  drawn.end_std[0] = 0.2 * compare(budget, linear, drawn, 0).tolerance;
+  const auto at = [&](double tolerances) {
+    const double tolerance = compare(budget, linear, drawn, 0).tolerance;
+    drawn.symmetric[0] = {linear.value[0] - linear.expanded[0], linear.value[0] + linear.expanded[0]};
+    drawn.symmetric[0].high += tolerances * tolerance;
+    return compare(budget, linear, drawn, 0).agreement;
+  };
+  EXPECT_EQ(at(0.5), Agreement::agree);
+  EXPECT_EQ(at(0.7), Agreement::undecided);
+  EXPECT_EQ(at(1.3), Agreement::undecided);
+  EXPECT_EQ(at(1.5), Agreement::disagree);
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

@@ -165,5 +165,24 @@ TEST(ThermalTable, OneValueHasNoRange) {
   EXPECT_FALSE(std::isnan(thermal_table(measurement, "").rows[1].first_hour));
 }
 
+// A loader's rows lie between those of the probes, at other times.
+TEST(ThermalTable, BlankCellsChangeNoFigure) {
+  const Measurement alone = etve();
+  Measurement merged = alone;
+  const Index n = alone.data.rows();
+  merged.data.values.resize(2 * n, 4);
+  for (Index i = 0; i < n; ++i) {
+    const double nan = std::nan(""), time = alone.data.values(i, 0);
+    const double later = 21.0 + 2.75 * std::sin(2.0 * 3.14159265358979 * (time + 100.0) / 86400.0);
+    merged.data.values.row(2 * i) << time, nan, alone.data.values(i, 2), alone.data.values(i, 3);
+    merged.data.values.row(2 * i + 1) << time + 100.0, later, nan, nan;
+  }
+  const ThermalRow one = thermal_table(alone, "air").rows[0], both = thermal_table(merged, "air").rows[0];
+  EXPECT_NEAR(both.motion, one.motion, 1e-9);
+  EXPECT_NEAR(both.motion_std, one.motion_std, 1e-9);
+  EXPECT_NEAR(both.gradient, one.gradient, 0.01);
+  EXPECT_NEAR(both.gradient_std, one.gradient_std, 0.1 * one.gradient_std);
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/mandrel/mandrel.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -79,6 +80,27 @@ TEST(Mandrel, ProbesAlmostAtOnePlaceAreRefused) {
   } catch (const core::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("'X1' and 'X3'"), std::string::npos) << error.what();
   }
+}
+
+// Three probes along x: the third one drifts against the others.
+TEST(Mandrel, AProbeThatContradictsTheOthersIsNoticed) {
+  const auto test = [](double drift_um) {
+    std::string rows = "time_s,X1_um,X2_um,X3_um\n";
+    for (int i = 0; i < 20; ++i)
+      rows += fmt::format("{},{},{},{}\n", 60 * i, 5.0 + 0.5 * i + 0.2 * (i % 2), 1.0 + 0.3 * i,
+                          -7.0 + 0.4 * i + drift_um * i / 19.0 - 0.2 * (i % 3 == 0));
+    const MandrelRecord record = MandrelRecord::parse(
+        "schema = 1\nquantities = ['dx', 'rb']\n"
+        "[[probe]]\nid = 'X1'\nat_mm = [0, 0, 100]\ndirection = [1, 0, 0]\nstd_um = 0.2\n"
+        "[[probe]]\nid = 'X2'\nat_mm = [0, 0, 0]\ndirection = [1, 0, 0]\nstd_um = 0.2\n"
+        "[[probe]]\nid = 'X3'\nat_mm = [0, 0, 50]\ndirection = [1, 0, 0]\nstd_um = 0.2\n",
+        core::parse_csv(rows, "readings.csv"), "mandrel.toml");
+    return residual_test(record, analyse(record));
+  };
+  EXPECT_FALSE(test(0.0).exceeds) << "zeros of the probes are none";
+  EXPECT_EQ(test(0.0).degrees, 19);
+  EXPECT_TRUE(test(4.0).exceeds);
+  EXPECT_GT(test(4.0).ratio, 2.0);
 }
 
 }  // namespace

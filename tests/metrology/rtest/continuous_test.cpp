@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/rtest/continuous.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -77,6 +78,15 @@ TEST(ContinuousRTest, ShortArcsAreRefused) {
       for (const char* word : {"points.csv cycle 1", words, "at least 10 deg"})
         EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
+}
+
+// A head turns the tool about a sphere that stands still: no circle, but location errors.
+TEST(ContinuousRTest, ASphereThatStandsStillIsNoSweep) {
+  std::string points = "time_s,cycle,B_deg,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
+  for (int i = 0; i < 40; ++i) points += fmt::format("{},1,{},100,20,80,0,0,0\n", i + 1, -80 + 4 * i);
+  const RTestRecord record = RTestRecord::parse("schema = 1\nchain = \"V [w b X Y Z B t]\"\nstd_um = 1\n",
+                                                core::parse_csv(points, "points.csv"), "rtest.toml");
+  EXPECT_FALSE(is_continuous(record));
 }
 
 }  // namespace

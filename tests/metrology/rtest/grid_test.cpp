@@ -80,6 +80,24 @@ TEST(Grid, ExpandedUncertaintyCovers) {
   EXPECT_LT(covered, 98.0);
 }
 
+// A curved guide acts as a rotation along it: the default errors name it beside what they estimate.
+TEST(Grid, ErrorsThatAreAssumedToBeNoneAreNamed) {
+  const RTestRecord record = parse_grid(grid_head, still_grid(), "grid.toml");
+  const auto find = [&](const std::string& name) {
+    return std::find_if(record.left_out.begin(), record.left_out.end(),
+                        [&](const std::string& words) { return words.starts_with(name + " from "); });
+  };
+  ASSERT_NE(find("C0Y"), record.left_out.end());
+  EXPECT_EQ(*find("C0Y"), "C0Y from C0T");
+  const RTestRecord higher = parse_grid(std::string(grid_head) + "order = 2\n", still_grid(), "grid.toml");
+  const auto curved = std::find_if(higher.left_out.begin(), higher.left_out.end(),
+                                   [](const std::string& words) { return words.starts_with("EYX2 from "); });
+  ASSERT_NE(curved, higher.left_out.end());
+  EXPECT_NE(curved->find("ECX1"), std::string::npos) << *curved;
+  EXPECT_EQ(analyse(higher).not_estimated, higher.left_out);
+  EXPECT_TRUE(parse_grid(std::string(grid_head) + "errors = ['EXX1']\n", still_grid(), "grid.toml").left_out.empty());
+}
+
 TEST(Grid, ReferencePageIsThatOfTheReader) { core::expect_reference_page("grid", grid_keys(), "metrology_tests"); }
 
 }  // namespace

@@ -213,5 +213,16 @@ TEST(ResultFolder, TableHasValuesAndDeviations) {
   EXPECT_NEAR(table.values(0, 3), 0.2, 1e-9);
 }
 
+TEST(ResultFolder, BothNeedOneClock) {
+  Measurement both = loads();
+  both.data.values.col(0).array() += 1e5;
+  EXPECT_THROW(measurement_of(record(), two_cycles(), both), core::InputError);
+  both.data.values.col(0).array() -= 1e5 - 200.0;
+  testing::internal::CaptureStderr();
+  measurement_of(record(), two_cycles(), both);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("1 of 2 rows of the test"), std::string::npos) << said;
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology
