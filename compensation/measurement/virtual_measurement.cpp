@@ -113,6 +113,7 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
     film.emissivity.value = std::min(film.emissivity.value, 1.0);
   }
   for (mesh::JointSpec& joint : result.joints) perturb_thermal(joint.law.pressure);
+  for (mesh::AmbientSpec& ambient : result.ambients) perturb_thermal(ambient.gradient);
   return result;
 }
 

@@ -72,7 +72,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
   return places;
 }
 
-/// A program as if it had been measured, without a channel. A gradient that it leaves as stated is the machine's.
+/// A program as if it had been measured, without a channel.
 /// @param machine  it may know the time of day
 Observations planned(const solver::LoadProgram& program, const mesh::Machine& machine) {
   const solver::Channels channels(machine);
@@ -86,11 +86,6 @@ Observations planned(const solver::LoadProgram& program, const mesh::Machine& ma
     const Eigen::VectorXd row = program.row(plan.points[at], ends[i]);
     if (i == 0) plan.rows.setConstant(std::ssize(ends), std::max(channels.size(), row.size()), solver::not_given);
     plan.rows.row(at).head(row.size()) = row.transpose();
-  }
-  for (const mesh::AmbientSpec& ambient : machine.ambients) {
-    if (!ambient.has_gradient) continue;
-    auto gradient = plan.rows.col(channels.index(ambient.id + ".gradient_K_m"));
-    if ((gradient.array() == ambient.gradient.value).all()) gradient.setConstant(solver::not_given);
   }
   plan.end = ends.back();
   plan.start_C = program.initial_C();

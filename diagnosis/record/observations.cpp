@@ -315,19 +315,6 @@ void leave_out_switches(const Eigen::VectorXd& time, const Eigen::VectorXd& on, 
     if (touched.count(interval_at(time[i], grid)) > 0) values[i] = std::nan("");
 }
 
-/// Inputs of each row. A gradient that nobody measures is left to the machine, whose value a cause may change.
-Eigen::MatrixXd input_rows(const Measurement& measurement, const mesh::Machine& machine,
-                           const solver::Channels& channels) {
-  Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
-  for (const mesh::AmbientSpec& ambient : machine.ambients) {
-    const std::string gradient = ambient.id + ".gradient_K_m";
-    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                                      [&](const MeasuredChannel& channel) { return channel.input == gradient; });
-    if (ambient.has_gradient && !measured) rows.col(channels.index(gradient)).setConstant(solver::not_given);
-  }
-  return rows;
-}
-
 /// Uniform start: mean of the first readings of all temperature channels.
 void find_start(const Measurement& measurement, const mesh::Machine& machine, const Eigen::VectorXd& first_row,
                 const solver::Channels& channels, Observations& out) {
@@ -414,7 +401,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
     throw InputError(place, fmt::format("a record of {:.0f} s", duration),
                      fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   }
-  const Eigen::MatrixXd rows = input_rows(measurement, machine, channels);
+  const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
   const std::vector<Channel> inputs = compensation::channels_of(channels);
   const std::vector<bool> average = averageable(inputs);
   const std::vector<Watched> watched = watched_channels(rows, inputs);

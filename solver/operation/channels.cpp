@@ -34,10 +34,11 @@ Channels::Channels(const mesh::Machine& machine) {
                      index(id + "high_" + unit), index(id + "clamp.on"),
                      axis.kind == mesh::AxisKind::linear ? core::units::mm : core::units::deg});
   }
-  // One that follows another has no temperature of its own until it is measured.
+  // One that follows another has no temperature of its own until it is measured. A gradient that is not given is the
+  // machine's.
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     add(ambient.id + ".T_C", ambient.follows.empty() ? ambient.default_C.value : not_given);
-    if (ambient.has_gradient) add(ambient.id + ".gradient_K_m", ambient.gradient.value);
+    if (ambient.has_gradient) add(ambient.id + ".gradient_K_m", not_given);
   }
   for (const mesh::VolumeSpec& volume : machine.volumes) add(volume.id + ".T_C", not_given);
   for (const std::string& door : machine.doors) add("door." + door + ".open", 0.0);

@@ -41,8 +41,7 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
   for (const Kind kind : ratio_kinds) {
     for (const Item& item : items_of(machine, kind)) {
       if (!(item.std_percent > 0.0)) continue;
-      found.push_back(
-          {diagnosis::make_parameter(kind, item.id), item.std_percent / 100.0, compensation::machine_memory_s});
+      found.push_back({diagnosis::make_parameter(kind, item.id), item.std(), compensation::machine_memory_s});
     }
   }
   for (const compensation::UncertainQuantity& quantity : compensation::uncertain_quantities(model)) {

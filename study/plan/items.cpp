@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/plan/items.h"
 
+#include <cmath>
+
 namespace thermotwin::study {
 
 using diagnosis::Effect;
@@ -74,7 +76,14 @@ std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
         items.push_back({film.id, kind == Kind::film_coefficient ? film.coefficient.std_percent : 0.0});
       break;
     case Target::ambient:
-      for (const mesh::AmbientSpec& ambient : machine.ambients) items.push_back({ambient.id, 0.0});
+      for (const mesh::AmbientSpec& ambient : machine.ambients) {
+        if (kind != Kind::ambient_gradient) {
+          items.push_back({ambient.id, 0.0});
+        } else if (ambient.has_gradient) {
+          const double size = std::abs(ambient.gradient.value);
+          items.push_back({ambient.id, size > 0.0 ? ambient.gradient.std_percent : 0.0, size});
+        }
+      }
       break;
     case Target::joint: return joints(machine, kind);
     case Target::coolant:

@@ -107,15 +107,16 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
     }
   }
   if (meant.empty()) throw core::InputError(node.place("where"), "no id", "one id or more, or *");
-  for (const auto& [id, std_percent] : meant) {
+  for (const Item& item : meant) {
+    const std::string& id = item.id;
     StudyParameter made;
     made.parameter = diagnosis::make_parameter(row.kind, id);
     made.name = row.name + ":" + id;
-    if (!own && !(std_percent > 0.0)) {
+    if (!own && !(item.std_percent > 0.0)) {
       throw core::InputError(node.place("where"), "'" + id + "' has no std_percent in " + machine.path.string(),
                              "values, range, std_percent or std beside it");
     }
-    made.distribution = own ? *own : Distribution::normal(1.0, std_percent / 100.0);
+    made.distribution = own ? *own : Distribution::normal(made.parameter.ratio ? 1.0 : 0.0, item.std());
     if (made.distribution.is_drawn() && made.parameter.ratio)
       made.distribution.low = std::max(made.distribution.low, row.low);
     for (const StudyParameter& other : parameters) {

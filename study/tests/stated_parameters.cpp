@@ -25,8 +25,7 @@ std::vector<UncertainParameter> stated_parameters(const mesh::Machine& machine, 
       };
       // Of two exchanges of a volume with the same ambient the name means the first.
       if (!(item.std_percent > 0.0) || std::any_of(found.begin(), found.end(), named)) continue;
-      found.push_back(
-          {diagnosis::make_parameter(row.kind, item.id), item.std_percent / 100.0, compensation::machine_memory_s});
+      found.push_back({diagnosis::make_parameter(row.kind, item.id), item.std(), compensation::machine_memory_s});
     }
   }
   return found;
@@ -53,6 +52,9 @@ std::vector<UncertainParameter> chosen_parameters(std::vector<UncertainParameter
                              "KIND:WHERE of a value of " + machine.path.string() +
                                  " with a std_percent (nearest: " + core::nearest(name, known) + ")");
     }
+    const auto twice = [&](const UncertainParameter& one) { return key_of(one) == name; };
+    if (std::any_of(chosen.begin(), chosen.end(), twice))
+      throw core::InputError("--parameter", "'" + name + "' a second time", "each value once");
     chosen.push_back(all[at - known.begin()]);
   }
   return chosen;

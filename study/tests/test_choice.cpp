@@ -29,6 +29,15 @@ constexpr double least_gain = 1e-3;
 constexpr double long_block = 2.0;  ///< times the shortest one: looked at again only while it may still be the best
 constexpr double may_gain = 2.0;    ///< times its last rate, since the thermal state has changed
 
+/// @param sum  without entries: none yet
+void add(MatrixXd& sum, const MatrixXd& more) {
+  if (sum.size() > 0) {
+    sum += more;
+  } else {
+    sum = more;
+  }
+}
+
 }  // namespace
 
 std::optional<double> TestPath::hours_until(double wanted_um2) const {
@@ -72,8 +81,7 @@ TestPath TestChoice::evaluate(const TestOrder& order) const {
   MatrixXd information, before = MatrixXd::Identity(prediction_.rows(), prediction_.cols());
   double seconds = 0.0;
   for (const TestBlock* block : order) {
-    const MatrixXd more = run_.run(*block);
-    information = information.size() > 0 ? MatrixXd(information + more) : more;
+    add(information, run_.run(*block));
     const MatrixXd after = covariance(information);
     seconds += block->seconds();
     path.hours.push_back(seconds / core::units::hour);
@@ -111,8 +119,8 @@ TestOrder TestChoice::greedy(double seconds) const {
       if (block.seconds() > left + fits_s) continue;
       if (block.seconds() > long_block * shortest && may_gain * last_rate[i] < best_rate) continue;
       run_.take_up(*at.state);
-      MatrixXd information = run_.run(block);
-      if (at.information.size() > 0) information += at.information;
+      MatrixXd information = at.information;
+      add(information, run_.run(block));
       const double after = variance(information);
       const double rate = std::log(now / std::max(after, std::numeric_limits<double>::min())) / block.seconds();
       last_rate[i] = rate;
@@ -139,7 +147,7 @@ TestOrder TestChoice::greedy(double seconds) const {
 double TestChoice::run_on(const Stage& from, const TestOrder& order, std::size_t first) const {
   run_.take_up(*from.state);
   MatrixXd information = from.information;
-  for (std::size_t i = first; i < order.size(); ++i) information += run_.run(*order[i]);
+  for (std::size_t i = first; i < order.size(); ++i) add(information, run_.run(*order[i]));
   return variance(information);
 }
 
