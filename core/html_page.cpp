@@ -190,7 +190,7 @@ std::string html_choice(std::string_view id, std::string_view label,
                         const std::vector<std::pair<std::string, std::string>>& items) {
   std::string options, contents;
   for (const auto& [name, markup] : items) {
-    options += fmt::format("<option>{}</option>", xml_text(name));
+    options += fmt::format("<option value=\"{0}\">{0}</option>", xml_text(name));
     contents += fmt::format("<div data-of=\"{}\" data-name=\"{}\">{}</div>\n", id, xml_text(name), markup);
   }
   return fmt::format("<div class=\"controls\"><label>{} <select id=\"{}\" data-choice>{}</select></label></div>\n{}",

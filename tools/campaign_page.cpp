@@ -30,8 +30,8 @@ std::string headline(const CampaignResults& r) {
   if (largest > 0.0) {
     finding = core::html_finding(
         core::Tone::plain, "largest TCP error",
-        {fmt::format("The TCP error reaches {:.1f} µm: load program {}, after {:.2f} h, at {}.", largest,
-                     core::xml_text(load), at_h, core::xml_text(pose)),
+        {fmt::format("The TCP error reaches {:.1f} µm: load program {}, after {:.2f} h{}{}.", largest,
+                     core::xml_text(load), at_h, pose.empty() ? "" : ", at ", core::xml_text(pose)),
          fmt::format("Its parts are X {:.1f}, Y {:.1f} and Z {:.1f} µm.", error.x(), error.y(), error.z())});
   }
   return finding + core::html_tiles({core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest),

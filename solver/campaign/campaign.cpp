@@ -54,7 +54,9 @@ std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads,
   std::vector<std::filesystem::path> files;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(options.checkpoints, ignored)) {
-    if (entry.path().filename().string().starts_with("checkpoint_") && entry.path().extension() == ".bin")
+    const std::string name = entry.path().filename().string();
+    const bool is_whole = name.find(".part-") == std::string::npos;  // the other is left by a program that was killed
+    if (name.starts_with("checkpoint_") && entry.path().extension() == ".bin" && is_whole)
       files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());

@@ -93,6 +93,22 @@ MatrixXd drawn_shares(int samples, int dimensions, std::uint64_t seed, bool lati
   return shares;
 }
 
+double variant_count(const StudyPlan& plan) {
+  double fixed = 1.0;
+  int drawn = 0;
+  for (const StudyParameter& parameter : plan.parameters) {
+    if (parameter.distribution.is_drawn()) {
+      ++drawn;
+    } else {
+      fixed *= 1.0 * std::ssize(parameter.distribution.values);
+    }
+  }
+  const double rows = drawn == 0                               ? 1.0
+                      : plan.sampling == Sampling::pick_freeze ? 1.0 * plan.samples * (drawn + 2)
+                                                               : 1.0 * plan.samples;
+  return rows * fixed * (1.0 * std::ssize(plan.sizes));
+}
+
 Design make_design(const StudyPlan& plan) {
   Design design;
   for (std::size_t p = 0; p < plan.parameters.size(); ++p)

@@ -39,6 +39,9 @@ struct Design {
 ///   dimension
 Eigen::MatrixXd drawn_shares(int samples, int dimensions, std::uint64_t seed, bool latin);
 
+/// @return the number of variants of make_design(), without making them
+double variant_count(const StudyPlan& plan);
+
 Design make_design(const StudyPlan& plan);
 
 /// @return the machine of a variant; its text and hash are those of the case

@@ -262,10 +262,8 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
   for (Index i = 0; i < 2 * d; ++i) {
     const double root = std::sqrt(found[i]), half = deviations95 * error[i];
     const double low = std::pow(std::max(0.0, root - half), 2), high = std::pow(root + half, 2);
-    if (i < d)
-      result.first.push_back({found[i], low, clip(high)});
-    else
-      result.total.push_back({found[i], low, clip(high + result.unexplained)});
+    // What the polynomials leave may be of a parameter alone, or of several.
+    (i < d ? result.first : result.total).push_back({found[i], low, clip(high + result.unexplained)});
   }
   return result;
 }

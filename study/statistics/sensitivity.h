@@ -7,7 +7,7 @@
 // former is the first-order share (Janon et al. 2014); that of A and B, which is by chance, is taken away from it times
 // that of A and AB_i (Glen and Isaacs 2012). 1 less the latter is the total share (Jansen 1999). All are from 0 to 1.
 // by_regression: polynomials of degree 2 in each parameter, with the products of the parameters that matter most,
-// fitted to any sample of independent parameters. The variance that they leave counts to the upper ends of totals.
+// fitted to any sample of independent parameters. The variance that they leave counts to the upper ends.
 // 95 % intervals of both are by the jackknife over samples: of pick_freeze on Fisher's scale of a correlation, with
 // Student's quantile; of a regression on the scale of the square root, where a share near 0 is symmetric. An estimate
 // lies in its interval.

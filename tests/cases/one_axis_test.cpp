@@ -245,6 +245,18 @@ TEST(OneAxis, OtherStudiesKeepToWhatAxesMove) {
   }
 }
 
+// What stays along y and z would choose a sensor for errors that no offset removes.
+TEST(OneAxis, SensorsAreChosenForWhatTheAxisMoves) {
+  const Bore own;
+  const Result result = own.run({"study", "sensors", own.path(), "--count", "1", "--spacing", "80"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "No linear axis moves y (dy) and z (dz): errors there stay and do not count.");
+  const json said = json::parse(read(own.result("study/sensors/sensors.json")));
+  // The prediction's error without sensors is mostly along z.
+  EXPECT_LT(said["without_um"].get<double>(), 1.0);
+  EXPECT_SAYS(read(own.result("study/sensors/report.html")), "--count 1 --load day --spacing 80 --out");
+}
+
 TEST(OneAxis, ProbedValuesThatNoAxisMovesAreCountedApart) {
   const std::string rows =
       "time_s,spindle.speed_rpm,probe_dx_um,probe_dz_um\n0,3000,,\n600,3000,,\n1200,3000,2,8\n1800,3000,3,9\n";

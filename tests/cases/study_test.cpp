@@ -430,6 +430,35 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
   EXPECT_SAYS(twice.err, "'short' twice; allowed: each load program once");
 }
 
+TEST_F(StudyVariants, AGradientOfTheAirIsThatOfTheVariant) {
+  const std::string air = "id = \"air\"\ndefault_C = {value = 20, std_percent = 2}\n";
+  toy_.edit("machine.toml", air, air + "gradient_K_m = {value = 2, std_percent = 50}\n");
+  const Result made = run("[[parameter]]\nkind = \"ambient_gradient\"\nwhere = \"air\"\nvalues = [0, 3]\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  toy_.edit("machine.toml", "gradient_K_m = {value = 2,", "gradient_K_m = {value = 5,");
+  ASSERT_EQ(toy_.run({"campaign", toy_.path(), "--load", "short", "--quiet"}).status, 0);
+  const core::Table apart = core::read_csv(toy_.result("campaign/short/tcp.csv"));
+  const double size = apart.column("dz_um").cwiseAbs().maxCoeff();
+  EXPECT_GT((tcp(2).column("dz_um") - tcp(1).column("dz_um")).cwiseAbs().maxCoeff(), 0.01 * size);
+  EXPECT_LE((tcp(2).column("dz_um") - apart.column("dz_um")).cwiseAbs().maxCoeff(), 1e-7 * size);
+  // Its std_percent is a reason for `*`.
+  EXPECT_EQ(run("samples = 4\n[[parameter]]\nkind = \"ambient_gradient\"\nwhere = \"*\"\n", {}, "drawn").status, 0);
+  const Eigen::VectorXd drawn = core::read_csv(study("drawn") / "variants.csv").column("ambient_gradient:air");
+  EXPECT_GT(drawn.maxCoeff() - drawn.minCoeff(), 0.5);
+  EXPECT_LT(drawn.cwiseAbs().maxCoeff(), 4.0);
+}
+
+TEST_F(StudyVariants, TooManyVariantsAreRefusedBeforeTheyAreMade) {
+  std::string values = "1";
+  for (int i = 1; i < 200; ++i) values += fmt::format(", {:.3f}", 1.0 + 0.01 * i);
+  std::string text;
+  for (const char* where : {"spindle.bearings", "X.friction", "C.drive", "Y.motor"})
+    text += fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nvalues = [{}]\n", where, values);
+  const Result refused = run(text);
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, "1.6e+09 variants");
+}
+
 TEST_F(StudyVariants, APlanWithoutParametersRunsTheMachineAsStated) {
   const Result made = run("");
   ASSERT_EQ(made.status, 0) << made.err;

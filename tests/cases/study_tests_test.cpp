@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <regex>
 #include <sstream>
 
@@ -34,6 +35,27 @@ std::vector<std::string> lines_of(const fs::path& file) {
   std::vector<std::string> lines;
   for (std::string line; std::getline(text, line);) lines.push_back(line);
   return lines;
+}
+
+TEST_F(StudyTests, ATestIsShortenedToWhatItMayLeave) {
+  const Result whole = run({"--hours", "4", "--exchanges", "0", "--json"});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  const json all = json::parse(whole.out);
+  // Between the start and the end of the whole test, so that blocks can go.
+  const double leave = 1.3 * std::sqrt(all["chosen_um2"].get<double>());
+  const Result made = run({"--hours", "4", "--exchanges", "0", "--leave", fmt::format("{}", leave), "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json shorter = json::parse(made.out);
+  EXPECT_LT(shorter["blocks"].size(), all["blocks"].size());
+  EXPECT_LE(shorter["chosen_um2"].get<double>(), leave * leave * (1 + 1e-9));
+  EXPECT_SAYS(read(study() / "report.html"), "--leave");
+}
+
+TEST_F(StudyTests, AValueNamedTwiceIsRefused) {
+  const Result twice = run(
+      {"--hours", "3", "--parameter", "coolant_coupling:main.spindle", "--parameter", "coolant_coupling:main.spindle"});
+  EXPECT_EQ(twice.status, 3);
+  EXPECT_SAYS(twice.err, "a second time");
 }
 
 TEST_F(StudyTests, TheChosenTestTellsMoreThanRandomOrdersAndRunsElsewhere) {

@@ -82,6 +82,8 @@ void share_common_options(CLI::App& group, const std::vector<std::shared_ptr<Com
   });
 }
 
+CLI::Range seeds() { return {0.0, 9e15}; }
+
 void require_numbers(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
     if (!option->get_type_name().starts_with("FLOAT")) continue;

@@ -31,6 +31,9 @@ void add_solver_option(CLI::App& verb, std::string& solver);
 void add_full_campaign_options(CLI::App& verb, CampaignOptions& campaign);
 void add_validate_options(CLI::App& verb, ValidateOptions& validate);
 
+/// Of a seed: CLI11 takes a negative or too large number for another one.
+CLI::Range seeds();
+
 /// CLI11's ranges let nan pass. @throws InputError for an option of numbers that is none
 void require_numbers(const CLI::App& verb);
 

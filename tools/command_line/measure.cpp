@@ -54,7 +54,10 @@ std::shared_ptr<CommonOptions> add_uncertainty(CLI::App& group) {
       ->check(CLI::Range(2, 1000000))
       ->capture_default_str()
       ->needs(arc);
-  verb->add_option("--seed", measured.seed, "Seed of the random numbers.")->capture_default_str()->needs(arc);
+  verb->add_option("--seed", measured.seed, "Seed of the random numbers.")
+      ->check(seeds())
+      ->capture_default_str()
+      ->needs(arc);
   return options;
 }
 
@@ -164,7 +167,9 @@ std::shared_ptr<CommonOptions> add_plan(CLI::App& group) {
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   verb->add_flag("--standstills", plan.standstills, "For random_cycle: each load is followed by a standstill.");
-  verb->add_option("--seed", plan.seed, "For random_cycle: seed of the random numbers.")->capture_default_str();
+  verb->add_option("--seed", plan.seed, "For random_cycle: seed of the random numbers.")
+      ->check(seeds())
+      ->capture_default_str();
   verb->add_option("--air", planned.air_C,
                    "Two air temperatures, degC: at both ends of the test, and in its middle, with linear ramps "
                    "between, e.g. 21,26 (default: the machine's).")
@@ -187,6 +192,7 @@ std::shared_ptr<CommonOptions> add_simulate_test(CLI::App& group) {
   verb->add_option("--case", simulated.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--machine-seed", simulated.machine_seed,
                    "Seed of parameters perturbed within their stated uncertainty; 0: the nominal machine.")
+      ->check(seeds())
       ->capture_default_str();
   verb->add_option(
       "--hide", simulated.hide,
@@ -195,7 +201,7 @@ std::shared_ptr<CommonOptions> add_simulate_test(CLI::App& group) {
                    "For an R-Test or a grid: a known error of the chain from the second measurement on, um, um/m ..., "
                    "e.g. EXX1=20; may be repeated.");
   verb->add_flag("--surface", simulated.surface, "Writes heights of the table's surface at each measurement too.");
-  verb->add_option("--seed", simulated.seed, "Seed of the noise.")->capture_default_str();
+  verb->add_option("--seed", simulated.seed, "Seed of the noise.")->check(seeds())->capture_default_str();
   verb->add_flag("--no-noise", simulated.no_noise, "Probes and sensors without noise, axes without scatter.");
   verb->add_option("--sensor-noise", simulated.sensor_noise_K,
                    "Standard deviation of a reading of a temperature sensor, K.")

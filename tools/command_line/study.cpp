@@ -106,7 +106,7 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   verb->add_option("--without", sensors.without, "Bodies and surfaces that no sensor may be on.");
   verb->add_flag("--on-contacts", sensors.on_contacts, "Allow places on surfaces of joints.");
   verb->add_flag("--on-rotating", sensors.on_rotating, "Allow places on bodies that an endless axis carries.");
-  verb->add_option("--spacing", sensors.spacing_mm, "Least distance between two places, mm.")
+  verb->add_option("--spacing", sensors.spacing_mm, "Least distance between two candidate places on a body, mm.")
       ->check(CLI::Range(1.0, 10000.0))
       ->capture_default_str();
   verb->add_option("--noise", sensors.noise_K, "Standard deviation of a reading, K.")
@@ -184,7 +184,9 @@ std::shared_ptr<CommonOptions> add_tests(CLI::App& group) {
   verb->add_option("--orders", tests.orders, "Random orders to compare with.")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  verb->add_option("--seed", tests.seed, "Seed of the random cycles and orders.")->capture_default_str();
+  verb->add_option("--seed", tests.seed, "Seed of the random cycles and orders.")
+      ->check(seeds())
+      ->capture_default_str();
   verb->add_option("--confirm", tests.confirm,
                    "Number of virtually measured machines whose values are estimated from the chosen test and from the "
                    "first random order.")

@@ -14,6 +14,7 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb.add_option("--first-seed", validate.first_seed, "Seed of the first machine; each further one adds 1 to it.")
+      ->check(seeds())
       ->capture_default_str();
   verb.add_option("--perturb", validate.perturb,
                   "Perturbed parameters: all with std_percent, or thermal: powers, films and contact conductances.")

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "compensation/evaluation/validation.h"
+#include "compensation/online/axis_reach.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/folder_lock.h"
@@ -59,6 +60,7 @@ struct Choice {
   std::vector<int> own, chosen;      ///< indices of the case's sensors (after the places), of the chosen places
   std::vector<CurvePoint> curve;
   std::string second_mesh;  ///< in words; empty: none
+  std::string directions;   ///< of the TCP error that count, a sentence; empty: all
   study::Left without_left, own_left, chosen_left;
   double without_um = 0, own_um = 0, own_after_loss_um = 0, chosen_um = 0, chosen_after_loss_um = 0;
   std::vector<double> without_one_um;  ///< after the loss of each chosen one
@@ -78,6 +80,35 @@ MatrixXd translation_rows(const reduction::ReducedModel& model, const std::vecto
   for (Index p = 0; p < std::ssize(poses); ++p) rows.middleRows<3>(3 * p) = all.middleRows<3>(18 * p);
   return rows;
 }
+
+/// Offsets remove an error only in directions that a linear axis moves: rows of 3 a pose keep that part. A machine
+/// without linear axes keeps all.
+class Reach {
+public:
+  Reach(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) {
+    moves_ = std::any_of(machine.axes.begin(), machine.axes.end(),
+                         [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; });
+    for (const mesh::Pose& pose : poses) reaches_.emplace_back(machine, pose);
+  }
+
+  bool moves() const { return moves_; }
+  /// "z (dz)": what no axis moves; empty: nothing, or there is no axis.
+  std::string unmoved() const { return moves_ && !reaches_.empty() ? reaches_.front().unmoved_directions() : ""; }
+  template <class Rows>
+  void keep(Eigen::MatrixBase<Rows>& rows) const {
+    if (!moves_) return;
+    for (std::size_t p = 0; p < reaches_.size(); ++p) {
+      for (Index c = 0; c < rows.cols(); ++c) {
+        const Eigen::Vector3d all = rows.template block<3, 1>(3 * p, c);
+        rows.template block<3, 1>(3 * p, c) -= reaches_[p].unmoved(all);
+      }
+    }
+  }
+
+private:
+  bool moves_ = false;
+  std::vector<compensation::AxisReach> reaches_;
+};
 
 /// In the directions that axes move.
 double rms_left(const compensation::Validation& validation, int draw) {
@@ -216,6 +247,31 @@ std::string parts(const Choice& choice) {
                      choice.second_mesh);
 }
 
+/// The same choice again.
+std::string command_of(const StudySensorsOptions& options, std::size_t count) {
+  const StudySensorsOptions usual;
+  std::string words = fmt::format("thermotwin study sensors {} --count {}", core::shell_word(options.case_path), count);
+  const auto list = [&](const char* name, const std::vector<std::string>& values) {
+    for (const std::string& value : values) words += fmt::format(" {} {}", name, core::shell_word(value));
+  };
+  const auto number = [&](const char* name, double value, double otherwise) {
+    if (value != otherwise) words += fmt::format(" {} {:g}", name, value);
+  };
+  const auto flag = [&](const char* name, bool given) { words += given ? std::string(" ") + name : ""; };
+  list("--load", options.loads);
+  list("--body", options.bodies);
+  list("--without", options.without);
+  number("--spacing", options.spacing_mm, usual.spacing_mm);
+  number("--noise", options.noise_K, usual.noise_K);
+  number("--bias", options.bias_K, usual.bias_K);
+  number("--every", options.every_min, usual.every_min);
+  number("--exchanges", options.exchanges, usual.exchanges);
+  flag("--any-loss", options.any_loss);
+  flag("--on-contacts", options.on_contacts);
+  flag("--on-rotating", options.on_rotating);
+  return words + " --out " + core::shell_word(options.out);
+}
+
 std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const Choice& choice,
                     const std::vector<mesh::SensorSpec>& sensors) {
   const std::string title = "Sensors of " + mesh.machine.name;
@@ -224,6 +280,7 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
       "um (RMS over poses and times).",
       choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
   sentences.push_back(core::html_sentence(parts(choice)));
+  if (!choice.directions.empty()) sentences.push_back(core::html_sentence(choice.directions));
   for (const std::string& sentence : confirmation(choice)) sentences.push_back(core::html_sentence(sentence));
   const bool good =
       choice.confirmed ? choice.confirmed->chosen_um() < choice.confirmed->own_um() : choice.chosen_um < choice.own_um;
@@ -240,9 +297,7 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
           diagnosis::scene_html(scene) +
           core::html_section("Places", "in the machine's frame at home", core::html_table(table_of(sensors, choice))) +
           core::html_next_steps({{"Confirm the choice on machines measured virtually:",
-                                  fmt::format("thermotwin study sensors {} --count {} --confirm 20 --out {}",
-                                              core::shell_word(options.case_path), choice.chosen.size(),
-                                              core::shell_word(options.out))}}));
+                                  command_of(options, choice.chosen.size()) + " --confirm 20"}}));
 }
 
 /// The places and then the case's own sensors, as a second mesh reads them.
@@ -267,6 +322,13 @@ study::PlaceRules rules_of(const StudySensorsOptions& options) {
   return rules;
 }
 
+/// In one sentence; empty: all.
+std::string directions(const Reach& reach) {
+  if (!reach.moves()) return "No linear axis moves the tool: the prediction's error counts in all directions.";
+  if (reach.unmoved().empty()) return "";
+  return "No linear axis moves " + reach.unmoved() + ": errors there stay and do not count.";
+}
+
 Choice choose(const StudySensorsOptions& options, const solver::Case& machine_case, const solver::FullModel& full,
               const reduction::ReducedModel& model, const MatrixXd& basis,
               const std::vector<solver::LoadProgram>& loads) {
@@ -288,10 +350,16 @@ Choice choose(const StudySensorsOptions& options, const solver::Case& machine_ca
   how.exchanges = options.exchanges;
   how.any_loss = options.any_loss;
   how.choosable = places;
-  const MatrixXd tcp = translation_rows(model, mesh::workspace_poses(model.machine));
-  const std::vector<study::ModelErrors> errors =
+  const std::vector<mesh::Pose> poses = mesh::workspace_poses(model.machine);
+  const Reach reach(model.machine, poses);
+  choice.directions = directions(reach);
+  MatrixXd tcp = translation_rows(model, poses);
+  std::vector<study::ModelErrors> errors =
       study::model_errors(machine_case, full.mesh, model, read_sensors(model.machine, choice.places), rows, tcp, loads,
                           along, options.out / "cache", choice.second_mesh);
+  reach.keep(tcp);
+  for (study::ModelErrors& error : errors)
+    for (Eigen::VectorXd& at : error.tcp_um) reach.keep(at);
   const study::SensorChoice judge(along, parameters, rows, tcp, how, errors);
   const int count = options.count > 0 ? options.count : static_cast<int>(own);
   if (count < 1 || count > places) {
@@ -333,6 +401,12 @@ void study_sensors(const StudySensorsOptions& given) {
   if (options.confirm > 0 && machine_case.check_points.empty()) {
     throw core::InputError((machine_case.folder / "case.toml").string(), "no check points, which --confirm compares at",
                            "[check_points] with poses, or no --confirm");
+  }
+  const std::vector<mesh::Axis>& axes = machine_case.machine.axes;
+  if (options.confirm > 0 && std::none_of(axes.begin(), axes.end(),
+                                          [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; })) {
+    throw core::InputError(machine_case.machine.path.string(), "no linear axis, whose offsets --confirm judges",
+                           "a machine with a linear axis, or no --confirm");
   }
   const fs::path folder = options.out / "study/sensors";
   require_writable(folder);
@@ -395,6 +469,7 @@ void study_sensors(const StudySensorsOptions& given) {
       choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um, choice.chosen.size(),
       choice.own_after_loss_um, choice.chosen_after_loss_um);
   text += parts(choice) + "\n";
+  if (!choice.directions.empty()) text += choice.directions + "\n";
   for (const std::string& sentence : confirmation(choice)) text += sentence + "\n";
   text += fmt::format("sensors.toml, curve.csv and report.html in {}; {:.0f} s\n", folder.string(), time.seconds());
   print_summary(options, text, summary.dump());

@@ -222,7 +222,7 @@ void write_test(const StudyTestsOptions& options, const mesh::Machine& machine, 
 /// Where another order leaves less than the greedy one, the exchange starts from it as well.
 void take_better_start(const StudyTestsOptions& options, const study::TestChoice& choice, TestStudy& study) {
   study.greedy_um2 = study.chosen.end_um2();
-  const bool iso = study.iso.end_um2() < study.best().end_um2();
+  const bool iso = !options.no_standard && study.iso.end_um2() < study.best().end_um2();
   const TestPath& other = iso ? study.iso : study.best();
   if (other.end_um2() >= study.greedy_um2) return;
   study.start = iso ? "iso_230_3" : fmt::format("random_{}", study.best_random + 1);

@@ -23,6 +23,40 @@ using study::TestPath;
 
 namespace {
 
+/// The same choice again.
+std::string command_of(const StudyTestsOptions& options) {
+  const StudyTestsOptions usual;
+  std::string words = "thermotwin study tests " + core::shell_word(options.case_path);
+  const auto list = [&](const char* name, const std::vector<std::string>& values) {
+    for (const std::string& value : values) words += fmt::format(" {} {}", name, core::shell_word(value));
+  };
+  const auto number = [&](const char* name, double value, double otherwise) {
+    if (value != otherwise) words += fmt::format(" {} {:g}", name, value);
+  };
+  const auto flag = [&](const char* name, bool given) { words += given ? std::string(" ") + name : ""; };
+  if (!options.model.empty()) words += " --model " + core::shell_word(options.model);
+  words += fmt::format(" --hours {:g}", options.hours);
+  number("--leave", options.leave_um, usual.leave_um);
+  number("--block", options.block_min, usual.block_min);
+  number("--interval", options.interval_min, usual.interval_min);
+  list("--program", options.programs);
+  flag("--no-programs", options.no_programs);
+  flag("--no-standard", options.no_standard);
+  flag("--chamber", options.chamber);
+  list("--load", options.loads);
+  list("--parameter", options.parameters);
+  number("--every", options.every_min, usual.every_min);
+  number("--bias", options.bias_K, usual.bias_K);
+  number("--probe-every", options.probe_every_min, usual.probe_every_min);
+  number("--probe-std", options.probe_um, usual.probe_um);
+  if (!options.probe_pose.empty()) words += " --probe-pose " + core::shell_word(options.probe_pose);
+  flag("--no-probe", options.no_probe);
+  number("--exchanges", options.exchanges, usual.exchanges);
+  number("--orders", options.orders, usual.orders);
+  if (options.seed != usual.seed) words += fmt::format(" --seed {}", options.seed);
+  return words + " --out " + core::shell_word(options.out);
+}
+
 constexpr std::size_t told_at_most = 3;
 constexpr double told_share = 0.1;  ///< of the block's largest
 
@@ -225,11 +259,7 @@ std::string tests_page(const StudyTestsOptions& options, const TestStudy& study)
                     fmt::format("thermotwin measure simulate {} --case {} --out {}", folder,
                                 core::shell_word(options.case_path), core::shell_word(options.out / "record"))});
   }
-  next.push_back(
-      {"Confirm the choice on machines measured virtually:",
-       fmt::format("thermotwin study tests {} --hours {:g}{} --confirm 3 --out {}", core::shell_word(options.case_path),
-                   options.hours, options.leave_um > 0 ? fmt::format(" --leave {:g}", options.leave_um) : "",
-                   core::shell_word(options.out))});
+  next.push_back({"Confirm the choice on machines measured virtually:", command_of(options) + " --confirm 3"});
   return core::html_document(title, body + core::html_next_steps(next));
 }
 

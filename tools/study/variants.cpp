@@ -35,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t most_variants = 100000;
+constexpr double most_variants = 100000;
 
 /// Nodes of each mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
 /// empty: unknown.
@@ -55,9 +55,9 @@ std::string nodes_of(const fs::path& folder, const study::StudyPlan& plan,
 }
 
 study::Design design_of(const study::StudyPlan& plan) {
-  study::Design design = study::make_design(plan);
-  if (design.variants.size() <= most_variants) return design;
-  throw core::InputError(plan.path.string(), fmt::format("{} variants", design.variants.size()),
+  const double count = study::variant_count(plan);
+  if (count <= most_variants) return study::make_design(plan);
+  throw core::InputError(plan.path.string(), fmt::format("{:.6g} variants", count),
                          fmt::format("{} at most", most_variants));
 }
 
