@@ -69,6 +69,8 @@ WordRule read_word(const Node& node, Dialect dialect) {
   for (const std::string& text : {rule.by, rule.with, rule.says})
     if (text.find_first_of("()\n\r;") != std::string::npos)
       throw InputError(node.place(), "'" + text + "'", "text without brackets, semicolons and line ends");
+  if (rule.action == WordRule::Action::skip && !rule.by.empty())
+    throw InputError(node.place("by"), "'" + rule.by + "' with action = \"skip\"", "action = \"replace\", or no by");
   if (rule.action == WordRule::Action::replace && rule.by.empty())
     throw InputError(node.place("action"), "replace without by", "by = \"...\", or action = \"skip\"");
   node.finish();
@@ -137,7 +139,14 @@ ControlProfile read_profile(const core::Config& config, const std::string& fallb
   profile.tool_change = root.number("tool_change_s");
   profile.program_stop = root.number("program_stop_s");
   profile.spindle_start = root.number("spindle_start_s");
-  for (const Node& word : root.tables("word")) profile.words.push_back(read_word(word, profile.dialect));
+  for (const Node& word : root.tables("word")) {
+    WordRule rule = read_word(word, profile.dialect);
+    for (const WordRule& own : profile.words) {
+      if (own.name == rule.name && own.letter == rule.letter && own.number == rule.number)
+        throw InputError(word.place("word"), "'" + word.text("word") + "' a second time", "each word once");
+    }
+    profile.words.push_back(std::move(rule));
+  }
   read_axes(root, machine, profile);
   std::set<int> numbers;
   for (const Node& node : root.tables("tool")) {

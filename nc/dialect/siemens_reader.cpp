@@ -165,19 +165,17 @@ void SiemensReader::unit_g(int number, Block& block) {
   block.words.emplace_back(inch ? "G20" : "G21");
 }
 
-/// LinuxCNC counts F in the unit of lengths. A feed that holds on stays the same speed when the unit changes.
+/// LinuxCNC counts F in the unit of lengths that holds before the line: it takes F before G20 and G21. A feed that holds
+/// on stays the same speed when the unit changes.
 void SiemensReader::add_feed(Block& block) {
-  const auto text = [this](double mm) { return "F" + number_text(inch_ ? mm / mm_per_inch : mm); };
-  if (block.feed) {
-    feed_ = feed_in_inch_ && !inverse_time_ ? *block.feed * mm_per_inch : *block.feed;
-    const std::string word = inverse_time_ ? "F" + number_text(*block.feed) : text(*feed_);
-    block.words.insert(block.words.begin() + std::min(block.feed_at, block.words.size()), word);
-  } else if (block.unit && feed_ && !inverse_time_ && inch_ != written_feed_in_inch_) {
-    block.words.push_back(text(*feed_));
-  } else {
-    return;
+  const bool inch_before = std::exchange(inch_before_, inch_);
+  if (!block.feed) return;
+  double feed = *block.feed;
+  if (!inverse_time_) {
+    const double mm = feed_in_inch_ ? feed * mm_per_inch : feed;
+    feed = inch_before ? mm / mm_per_inch : mm;
   }
-  written_feed_in_inch_ = inch_;
+  block.words.insert(block.words.begin() + std::min(block.feed_at, block.words.size()), "F" + number_text(feed));
 }
 
 bool SiemensReader::frame_g(int number, Block& block) {

@@ -80,8 +80,8 @@ private:
   std::array<double, 9> shift_{};            ///< of TRANS and ATRANS, program units and deg
   std::array<double, 9> turned_{};           ///< deg, of the rotary axes in the machine
   int work_ = 1;                             ///< number of the work offset in use
-  std::optional<double> feed_;               ///< as programmed last, in the unit that held then; mm or inch
-  bool feed_in_inch_ = false, written_feed_in_inch_ = false, inverse_time_ = false;
+  bool feed_in_inch_ = false, inverse_time_ = false;
+  bool inch_before_ = false;  ///< before the present line
   bool absolute_ = true, written_absolute_ = true, centre_absolute_ = false, inch_ = false;
   bool edge_ = true, tool_in_ = false, next_tool_ = false;  ///< D1; a tool in the spindle; one is called
   int path_ = 0;      ///< 0 as the control starts, 60 exact stop, 64, 641 with adis_

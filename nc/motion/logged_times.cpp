@@ -83,6 +83,10 @@ ControlLog ControlLog::read(const std::filesystem::path& path, const std::filesy
   log.times.assign(time.begin(), time.end());
   if (table.find("spindle_power_W")) {
     const Eigen::VectorXd power = table.column("spindle_power_W");
+    for (Eigen::Index i = 0; i < power.size(); ++i)
+      if (power[i] < 0.0)
+        throw core::InputError(fmt::format("{}:{} spindle_power_W", table.source, core::Table::line_of_row(i)),
+                               fmt::format("{:g} W", power[i]), "0 or more; while the drive brakes, 0");
     log.power.assign(power.begin(), power.end());
   }
   return log;

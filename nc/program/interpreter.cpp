@@ -316,7 +316,7 @@ long interpret(const InterpreterOptions& options, const ControlProfile& given,
     if (path.find('\n') != std::string::npos) throw InputError(path, "a line end in a path", "a path without");
   Child child(helper, folder, job_text(options, control, program, folder));
 
-  std::string file = options.program.string();
+  std::string file = options.program.string(), beside;
   std::uint32_t line = 0;
   bool ended = false;
   const std::string own = options.program.string();
@@ -324,7 +324,13 @@ long interpret(const InterpreterOptions& options, const ControlProfile& given,
     Record record = came;
     if (record.kind == Kind::error) refuse(record, file, folder, control);
     if (record.kind == Kind::file) {
-      if (record.text == program.string()) record.text = own;
+      if (record.text == program.string()) {
+        record.text = own;
+      } else if (std::filesystem::path(record.text).is_relative()) {
+        // The interpreter works in the folder; others have a folder of their own.
+        beside = ((options.folder.empty() ? options.program.parent_path() : options.folder) / record.text).string();
+        record.text = beside;
+      }
       file = std::string(record.text);
     }
     if (record.kind == Kind::block) line = record.line;

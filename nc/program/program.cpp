@@ -126,7 +126,7 @@ private:
   /// Speed along the path, m/s or rad/s.
   double path_speed(const Move& move, bool only_angles) const {
     if (move.kind == MoveKind::traverse) return 0.0;
-    double rate = frame_.feed;
+    double rate = only_angles ? angular_feed_ : frame_.feed;
     const double turns = std::abs(state_.spindle_rpm);
     const double unit = only_angles ? units::deg : frame_.unit;
     if (synchronous_ > 0.0)
@@ -149,11 +149,19 @@ private:
     if (!(move.length > 0.0)) return;
     move.speed =
         path_speed(move, move.kind != MoveKind::arc && change.head<3>().isZero(0) && change.tail<3>().isZero(0));
+    if (move.speed > 0.0) require_time(move.length / move.speed, "a move");
     ++summary_.moves;
     ++(move.kind == MoveKind::traverse ? summary_.traverses
        : move.kind == MoveKind::arc    ? summary_.arcs
                                        : summary_.feeds);
     sink_.move(move, frame_);
+  }
+
+  void require_time(double seconds, const char* what) const {
+    constexpr double longest = 24.0 * units::hour;
+    if (seconds <= longest) return;
+    throw InputError(place(), fmt::format("{} of {:.3g} h", what, seconds / units::hour),
+                     fmt::format("at most {:g} h", longest / units::hour));
   }
 
   void require_finite(const Nine& position) const {
@@ -252,6 +260,7 @@ private:
   }
 
   void pause(Pause::Kind kind, double seconds) {
+    require_time(seconds, "a pause");
     if (seconds > 0.0) sink_.pause({kind, seconds, state_});
   }
 
@@ -263,9 +272,12 @@ private:
 
   void setting(Setting what, double value, double second) {
     switch (what) {
-      case Setting::length_unit: frame_.unit = value * units::mm; break;
+      case Setting::length_unit:
+        frame_.feed *= frame_.unit / (value * units::mm);  // the speed along lengths stays
+        frame_.unit = value * units::mm;
+        break;
       case Setting::plane: plane_ = static_cast<int>(value); break;
-      case Setting::feed_rate: frame_.feed = value; break;
+      case Setting::feed_rate: frame_.feed = angular_feed_ = value; break;
       case Setting::feed_mode: frame_.feed_per_turn = value != 0.0; break;
       case Setting::rotation: frame_.rotation = value * units::deg; break;
       case Setting::work_offset_set: frame_.work_number = static_cast<int>(value); break;
@@ -319,6 +331,7 @@ private:
   MoveState state_;
   int plane_ = 1, path_mode_ = 3;
   double tolerance_ = 0, speed_rpm_ = 0, direction_ = 0, synchronous_ = 0;
+  double angular_feed_ = 0;  ///< of rotary axes alone, which no unit of length changes
 };
 
 }  // namespace

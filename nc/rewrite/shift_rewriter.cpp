@@ -64,6 +64,7 @@ void ShiftRewriter::block(const MoveState& state, const std::string& file, const
     section.unit = frame.unit;
     sections_.push_back(section);
     last_ = line_;
+    named_.clear();
   }
   line_ = state.line;
   unit_ = frame.unit;
@@ -71,6 +72,17 @@ void ShiftRewriter::block(const MoveState& state, const std::string& file, const
   if (main_) main_line_ = line_;
   moves_in_line_ = 0;
   retracts_ = false;
+  see_words(file);
+}
+
+/// Axis words of the line that runs, in this file; of others nothing is known.
+void ShiftRewriter::see_words(const std::string& file) {
+  if (file != name_ || line_ < 1 || line_ > lines_.size()) return;
+  const ProgramLine line = lines_.line(line_ - 1);
+  for (const double number : {90.0, 91.0})
+    if (line.has('G', number)) absolute_ = number == 90.0;
+  for (const char letter : std::string("XYZ"))
+    if (absolute_ && line.find(letter) != nullptr) named_.insert(letter);
 }
 
 void ShiftRewriter::move(const Move& move) {
@@ -92,7 +104,14 @@ void ShiftRewriter::move(const Move& move) {
   ++moves_in_line_;
   const Nine change = move.to - move.from;
   retracts_ = move.kind == MoveKind::traverse && change[2] > 0.0 && change[0] == 0.0 && change[1] == 0.0;
-  section_of_.push_back(static_cast<int>(sections_.size()) - 1);
+  const int own = static_cast<int>(sections_.size()) - 1;
+  section_of_.push_back(own);
+  if (move.kind == MoveKind::traverse || sections_.back().cuts) return;
+  if (own > 0 && named_.size() < 3) {  // no place of an update: its moves go on with those before
+    for (int& section : section_of_) section = std::min(section, own - 1);
+    sections_.pop_back();
+  }
+  sections_.back().cuts = true;
 }
 
 void ShiftRewriter::predicted(const PredictedMove& predicted) {

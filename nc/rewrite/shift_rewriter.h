@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Puts updates of the work offset into the program, at retracted moves: behind a line whose one rapid move goes up
-// along Z alone, outside of loops and subprograms. An update holds the mean displacement over the time of the cutting
+// along Z alone, outside of loops and subprograms, where X, Y and Z are named in G90 before the next cutting move. An
+// axis that is not named would stay at the old zero. An update holds the mean displacement over the time of the cutting
 // moves up to the next one, in the unit that holds at its place. It is written where it differs from the last by more
 // than the tolerance; all other text stays.
 
@@ -47,10 +48,12 @@ private:
     Frame frame;             ///< of its first cutting move
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
     double seconds = 0;  ///< of its cutting moves
+    bool cuts = false;   ///< one has come
   };
   Eigen::Vector3d displacement(const Source& source, const PredictedMove& predicted, Positions positions,
                                const Eigen::VectorXd& offset_um) const;
   bool is_open(std::size_t line) const;
+  void see_words(const std::string& file);
 
   ProgramText lines_;
   std::string name_;
@@ -63,6 +66,8 @@ private:
   bool moved_ = false;               ///< a move has come
   std::size_t line_ = 0, last_ = 0;  ///< present line; last one
   std::size_t main_line_ = 0;        ///< last line of the main program that ran
+  bool absolute_ = true;             ///< G90
+  std::set<char> named_;             ///< X, Y, Z in G90 since the last place of an update
   std::set<int> updated_;
   double unit_ = 1e-3;  ///< m, before the present line
   int moves_in_line_ = 0;

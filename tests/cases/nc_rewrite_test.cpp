@@ -437,6 +437,58 @@ TEST_F(NcRewrite, ShiftUpdatesTheWorkOffsetAtRetracts) {
   }
 }
 
+// An axis that is not named behind an update, or only in G91, would stay at the old zero.
+TEST_F(NcRewrite, ShiftUpdatesOnlyWhereEachAxisIsNamedAgain) {
+  const std::string head = "G21 G90 G54\nG0 X-80 Y-30 Z90\nZ40\nG1 Z30 F500\nX-20\nG0 Z90\nG4 P1200\n";
+  const auto updates = [](const std::string& text) {
+    int count = 0;
+    for (std::size_t at = text.find("G10 L2"); at != std::string::npos; at = text.find("G10 L2", at + 1)) ++count;
+    return count;
+  };
+  const std::vector<std::string> how{"--rewrite", "shift", "--start-C", "28"};
+  run(head + "G0 Z40\nG1 Z30\nX60\nG0 Z90\nM2\n", "modal", how);
+  EXPECT_EQ(updates(corrected("modal")), 1) << corrected("modal");
+  run(head + "G91\nG0 X40 Y5 Z-50\nG1 Z-10\nX40\nG0 Z60\nG90\nM2\n", "relative", how);
+  EXPECT_EQ(updates(corrected("relative")), 1) << corrected("relative");
+  const json summary = run(head + "G0 X60 Y30\nZ40\nG1 Z30\nX90\nG0 Z90\nM2\n", "named", how);
+  EXPECT_EQ(updates(corrected("named")), 2) << corrected("named");
+  run(corrected("named"), "again", {"--start-C", "28"});
+  const core::Table a = blocks("named"), b = blocks("again");
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    if (a.column("rapid")[i] != 0) continue;
+    EXPECT_LT((position(b, i) - position(a, i) - offset_mm(a, i)).cwiseAbs().maxCoeff() * 1e3,
+              summary["rewrite"]["largest_deviation_um"].get<double>() + 0.1)
+        << i;
+  }
+  // The first update cannot wait.
+  toy.write("never.ngc", "G21 G90 G54\nG0 X-80 Y-30\nG91\nG1 Z-10 F500\nG90\nG0 Z90\nM2\n");
+  std::vector<std::string> words{"nc", toy_model(), toy.file("never.ngc"), "--start", "X=0,Y=0,Z=50"};
+  words.insert(words.end(), how.begin(), how.end());
+  const Result refused = toy.run(words);
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, "never.ngc:4");
+  EXPECT_SAYS(refused.err, "X, Y and Z in G90 between an update of the zero and the next feed move");
+}
+
+// The folder in which the program is started is nobody's business.
+TEST_F(NcRewrite, SubprogramFilesAreThoseBesideTheProgram) {
+  toy.write("parts/main.ngc", "G21 G90 F1000\nG0 X-80 Y-30\no<slot> call [60]\nG0 Z90\nM2\n");
+  toy.write("parts/slot.ngc", "o<slot> sub\nG1 Z20 (the part's own)\nX#1\no<slot> endsub\nM2\n");
+  for (const char* kind : {"path", "shift"}) {
+    const Result made = toy.run({"nc", toy_model(), toy.file("parts/main.ngc"), "--rewrite", kind, "--start-C", "28",
+                                 "--start", "X=0,Y=0,Z=50", "--json"});
+    ASSERT_EQ(made.status, 0) << kind << made.err;
+    const json summary = json::parse(made.out);
+    ASSERT_EQ(summary["files"].size(), 2U);
+    EXPECT_EQ(summary["files"][1], toy.file("parts/slot.ngc"));
+    const core::Table table = core::read_csv(toy.result("blocks.csv"));
+    EXPECT_EQ(table.column("file").maxCoeff(), 1.0);
+    EXPECT_EQ(table.column("line")[1], 2.0);
+  }
+  const auto files = files_in(toy.out());
+  for (const auto& [name, bytes] : files) EXPECT_EQ(name.find("slot"), std::string::npos) << name;
+}
+
 // An update is written in the unit that holds at its place, whatever unit follows.
 TEST_F(NcRewrite, ShiftKnowsTheUnitAtEachUpdate) {
   const std::string text =

@@ -17,7 +17,7 @@ std::string blocks_header(const mesh::Machine& machine, const std::vector<std::s
   text += ",dx_um,dy_um,dz_um";
   for (const std::string& axis : axes) text += ",offset_" + axis + "_um";
   for (const std::string& axis : axes) text += ",std_" + axis + "_um";
-  return text + "\n";
+  return text + ",file\n";
 }
 
 std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& move, long number) {
@@ -33,7 +33,7 @@ std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& mo
   for (int i = 0; i < 3; ++i) fmt::format_to(at, ",{:.4f}", move.error_um[i]);
   for (const double value : move.offset_um) fmt::format_to(at, ",{:.4f}", value);
   for (const double value : move.std_um) fmt::format_to(at, ",{:.4f}", value);
-  fmt::format_to(at, "\n");
+  fmt::format_to(at, ",{}\n", state.file);
   return fmt::to_string(out);
 }
 

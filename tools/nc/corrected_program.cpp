@@ -104,7 +104,10 @@ void CorrectedProgram::read_back(const nc::ProgramSummary& program, nc::Interpre
   if (shift_)
     for (const std::string& file : program.files) {
       if (file == program_.string()) continue;
-      const std::filesystem::path copy = beside / std::filesystem::relative(file, folder);
+      const std::filesystem::path below = std::filesystem::relative(file, folder);
+      if (below.empty() || *below.begin() == "..")
+        throw core::InputError(file, "outside of " + folder.string(), "subprograms below the program's folder");
+      const std::filesystem::path copy = beside / below;
       std::filesystem::create_directories(copy.parent_path());
       std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing);
     }

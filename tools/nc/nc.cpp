@@ -196,6 +196,7 @@ public:
                            {"arcs", program_.arcs},
                            {"tool_changes", program_.tool_changes},
                            {"operations", operations_.count()},
+                           {"files", program_.files},
                            {"cutting_s", cutting_},
                            {"rapid_s", rapid_},
                            {"pause_s", paused_},

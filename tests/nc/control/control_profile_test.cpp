@@ -39,6 +39,24 @@ TEST(ControlProfile, BuiltInOnesAreRead) {
   EXPECT_THROW(ControlProfile::load("heidenhain", machine()), core::InputError);
 }
 
+TEST(ControlProfile, WordsThatContradictEachOtherAreRefused) {
+  const core::TemporaryFolder folder;
+  const auto message = [&](const std::string& text) {
+    core::write_file(folder / "own.toml", "schema = 1\n" + text);
+    try {
+      ControlProfile::load((folder / "own.toml").string(), machine());
+    } catch (const core::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string skip = "[[word]]\nword = \"M21\"\naction = \"skip\"\n";
+  EXPECT_EQ(message(skip), "");
+  EXPECT_NE(message(skip + "[[word]]\nword = \"M021\"\naction = \"refuse\"\n").find("'M021' a second time"),
+            std::string::npos);
+  EXPECT_NE(message(skip + "by = \"M8\"\n").find("own.toml:5"), std::string::npos) << message(skip + "by = \"M8\"\n");
+}
+
 TEST(ControlProfile, AxesToolsAndOffsetsAreInSi) {
   const ControlProfile profile = ControlProfile::parse(
       "schema = 1\nacceleration_m_s2 = 2\n[[axis]]\nid = \"C\"\nacceleration_deg_s2 = 180\nrapid_deg_min = 3600\n"

@@ -74,12 +74,13 @@ TEST_F(SiemensLanguage, UnitsScaleTheFrame) {
   EXPECT_EQ(translated("TRANS X25.4\nG70\nATRANS X1\n"), "G52 X25.4 Y0 Z0 B0 C0\nG20\nG52 X2 Y0 Z0 B0 C0\n");
 }
 
-// G70 and G71 are the unit of lengths alone, G700 and G710 that of F as well; LinuxCNC has one unit for both.
+// G70 and G71 are the unit of lengths alone, G700 and G710 that of F as well. LinuxCNC has one unit for both, takes F
+// before the unit of its line, and keeps the speed of a feed that holds on.
 TEST_F(SiemensLanguage, FeedsHaveTheUnitOfTheirWords) {
   EXPECT_EQ(translated("G710 G1 X1 F10\n"), "G21 G1 F10 X1\n");
-  EXPECT_EQ(translated("G700 G1 X1 F10\n"), "G20 G1 F10 X1\n");
-  EXPECT_EQ(translated("G70 G1 X1 F254\n"), "G20 G1 F10 X1\n");
-  EXPECT_EQ(translated("G1 X1 F254\nG70\nX2\nG71\nX3\n"), "G1 F254 X1\nG20 F10\nX2\nG21 F254\nX3\n");
+  EXPECT_EQ(translated("G700 G1 X1 F10\n"), "G20 G1 F254 X1\n");
+  EXPECT_EQ(translated("G70 G1 X1 F254\n"), "G20 G1 F254 X1\n");
+  EXPECT_EQ(translated("G1 X1 F254\nG70\nX2\nG71\nX3\n"), "G1 F254 X1\nG20\nX2\nG21\nX3\n");
   EXPECT_EQ(translated("G93 G1 X1 F2\nG70 X2 F3\n"), "G93 G1 F2 X1\nG20 F3 X2\n") << "F of G93 has no unit of length";
 }
 

@@ -82,6 +82,25 @@ TEST_F(NcProgram, AxisWordsOfFanucsPathControlMoveNothing) {
   }
 }
 
+// LinuxCNC takes F in the unit of its line and keeps the speed when the unit changes.
+TEST_F(NcProgram, AFeedKeepsItsSpeedWhenTheUnitChanges) {
+  read("G21 G90\nG20\nG1 X1 F48\nG21\nG1 X0\nC48\nM30\n");
+  ASSERT_EQ(moves.size(), 3U);
+  EXPECT_NEAR(moves[0].length / moves[0].speed, 1.25, 1e-9);
+  EXPECT_NEAR(moves[1].length / moves[1].speed, 1.25, 1e-9);
+  EXPECT_NEAR(moves[2].length / moves[2].speed, 60.0, 1e-9) << "deg have no unit of length";
+  read("G21 G90\nG1 X25.4 F1219.2\nG20\nG1 X0\nM30\n");
+  EXPECT_NEAR(moves[1].length / moves[1].speed, 1.25, 1e-9);
+}
+
+TEST_F(NcProgram, AMoveOrPauseOfDaysIsRefused) {
+  EXPECT_NE(message("G21 G90\nG1 X100 F0.0001\nM30\n").find("part.ngc:2: a move of 1.67e+04 h; allowed: at most 24 h"),
+            std::string::npos)
+      << message("G21 G90\nG1 X100 F0.0001\nM30\n");
+  control = ControlProfile::load("linuxcnc", machine);
+  EXPECT_NE(message("G21\nG4 P999999\nM30\n").find("part.ngc:2: a pause of 278 h"), std::string::npos);
+}
+
 // A degree counts as a millimetre where lines and angles move together.
 TEST_F(NcProgram, MixedFeedsOfFanucCountDegrees) {
   read("G21 G90\nG1 X30 C40 F100\nC80\nM30\n");
