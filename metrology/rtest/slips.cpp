@@ -18,7 +18,7 @@ Index count_places(const RTestRecord& record, const PlaceOf& place_of) {
       const auto same = [&](const Vector3d& other) { return (other - place).norm() < places_apart; };
       if (std::any_of(places.begin(), places.end(), same)) continue;
       places.push_back(place);
-      if (std::ssize(places) >= most_places) return most_places;
+      if (std::ssize(places) >= most_counted) return most_counted;
     }
   }
   return std::ssize(places);

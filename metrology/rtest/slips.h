@@ -14,7 +14,7 @@
 namespace thermotwin::metrology {
 
 inline constexpr double places_apart = 1e-3;      ///< m, between two places
-inline constexpr Eigen::Index most_places = 200;  ///< more are not counted
+inline constexpr Eigen::Index most_counted = 200;  ///< more are not counted
 
 /// Where a point means the sphere, or the tool, to be, m.
 using PlaceOf = std::function<Eigen::Vector3d(const RTestPoint&)>;
@@ -25,7 +25,7 @@ struct Slip {
   std::function<void(RTestPoint&)> read;
 };
 
-/// @return number of places that the points mean, at most most_places
+/// @return number of places that the points mean, at most most_counted
 Eigen::Index count_places(const RTestRecord& record, const PlaceOf& place_of);
 
 /// @param count  places of the points as they are

@@ -34,7 +34,7 @@ Index distinct_points(const RTestCycle& cycle) {
       return other->positions == point.positions && (other->nominal - point.nominal).norm() < places_apart;
     };
     if (std::none_of(distinct.begin(), distinct.end(), same)) distinct.push_back(&point);
-    if (std::ssize(distinct) >= most_places) break;
+    if (std::ssize(distinct) >= most_counted) break;
   }
   return std::ssize(distinct);
 }
@@ -76,7 +76,7 @@ std::vector<Slip> turned_slips(const RTestRecord& record) {
 SpherePlaces sphere_places(const RTestRecord& record) {
   SpherePlaces places;
   places.count = count_places(record, sphere_of(record));
-  places.is_cut = places.count >= most_places;
+  places.is_cut = places.count >= most_counted;
   // Axes that carry the tool move no sphere on the table.
   const std::vector<std::string> moved = record.moved_axes();
   if (std::none_of(moved.begin(), moved.end(), [&](const auto& id) { return record.chain.find(id)->table_side; }))

@@ -69,7 +69,7 @@ ToolPlaces tool_places(const RTestRecord& record) {
   ToolPlaces places;
   const PlaceOf tool = tool_of(record);
   places.count = count_places(record, tool);
-  places.is_cut = places.count >= most_places;
+  places.is_cut = places.count >= most_counted;
   places.first = tool(record.cycles.front().points.front());
   if (places.count < 2) return places;
   const std::string why = slip_of(record, tool, places.count, grid_slips(record));
