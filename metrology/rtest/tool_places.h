@@ -14,7 +14,7 @@ namespace thermotwin::metrology {
 
 struct ToolPlaces {
   Eigen::Index count = 0;                           ///< places further apart than 1 mm
-  bool is_cut = false;                              ///< counting stopped at most_places
+  bool is_cut = false;                              ///< counting stopped at most_counted
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< m, of the first point with all axes at 0
   std::string doubt;  ///< a warning: why the nominal points and the axis positions do not fit; empty: none
 };
