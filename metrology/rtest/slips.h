@@ -13,7 +13,7 @@
 
 namespace thermotwin::metrology {
 
-inline constexpr double places_apart = 1e-3;      ///< m, between two places
+inline constexpr double places_apart = 1e-3;       ///< m, between two places
 inline constexpr Eigen::Index most_counted = 200;  ///< more are not counted
 
 /// Where a point means the sphere, or the tool, to be, m.

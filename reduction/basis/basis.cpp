@@ -84,7 +84,8 @@ double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& 
     const Eigen::MatrixXd image = capacity * chunk;
     squares[c] = (chunk.array() * image.array()).sum();
   });
-  return squares.sum() / capacity.sum();
+  // A sparse matrix's own sum adds in an order that follows from the place of its values in memory.
+  return squares.sum() / Eigen::VectorXd(capacity * Eigen::VectorXd::Ones(capacity.cols())).sum();
 }
 
 solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction) {

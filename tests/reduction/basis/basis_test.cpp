@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
+#include <set>
+#include <vector>
 
 #include "reduction/linear/lapack.h"
 
@@ -60,6 +63,23 @@ TEST(Basis, CompressedColumnsKeepTheirOuterProduct) {
   const MatrixXd lengths = small.transpose() * (energy * small);
   EXPECT_LT((lengths - MatrixXd(lengths.diagonal().asDiagonal())).norm(), 1e-9 * lengths.norm());
   EXPECT_EQ(compressed(energy, MatrixXd::Zero(n, 3), 1e-6).cols(), 0);
+}
+
+// The bits of a model do not follow from where its matrices lie in memory.
+TEST(Basis, AMeanSquareIsTheSameWhereverItsMatrixLies) {
+  const solver::SparseMatrix capacity = rod(301, 0.37);
+  const MatrixXd x = random(301, 7, 4);
+  const double expected = mean_square(capacity, x);
+  std::vector<std::unique_ptr<char[]>> between;
+  std::vector<solver::SparseMatrix> copies(40);
+  std::set<std::size_t> places;
+  for (std::size_t k = 0; k < copies.size(); ++k) {
+    between.push_back(std::make_unique<char[]>(16 + 16 * (k % 3)));
+    copies[k] = capacity;
+    places.insert(reinterpret_cast<std::size_t>(copies[k].valuePtr()) % 64);
+    EXPECT_EQ(mean_square(copies[k], x), expected) << k;
+  }
+  EXPECT_GT(places.size(), 1U);
 }
 
 TEST(Lapack, PivotedCholeskyStopsAtTheRank) {
