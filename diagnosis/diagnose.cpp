@@ -305,6 +305,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   d.steps = steps_seen(problem, found);
+  d.steps.inputs = inputs_before(problem.observations, machine, d.steps);
   for (const std::size_t k : found.unknown_channels)
     d.unknown_in.push_back(problem.observations.channels[k].channel.id);
   d.analysis = analyse(problem, solver::Channels(machine));

@@ -296,12 +296,16 @@ std::string steps_action(const StepsSeen& seen) {
                       "recorded"
                     : "a fixture, workpiece, tool or probe that was clamped shortly before, or its own warming");
   }
-  return fmt::format(
-      "Find out what happened on the machine: {}, and nothing else changed with it. Possible reasons are {}.",
-      in_words(seen),
-      temperature ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"
-                  : "a scale that slipped, a changed tool, wheel or workpiece, a collision, or a probe that was "
-                    "touched");
+  const std::string with =
+      seen.inputs.empty()
+          ? "and no recorded input changed in the half hour before. Possible reasons are"
+          : fmt::format("after a change of {}. A consequence of it that the model lacks is possible; other reasons are",
+                        core::join(seen.inputs, " and "));
+  return fmt::format("Find out what happened on the machine: {}, {} {}.", in_words(seen), with,
+                     temperature
+                         ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"
+                         : "a scale that slipped, a changed tool, wheel or workpiece, a collision, or a probe that was "
+                           "touched");
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
+#include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
 
@@ -232,6 +233,14 @@ bool is_at_bound(const RankedCause& cause) {
   return cause.parameter.ratio && cause.value >= (1.0 - near_bound) * cause.parameter.high;
 }
 
+/// A film that transfers no heat at all: air and fluid always take some, so that it stands for something else. A source
+/// or a flow may be off.
+bool is_no_film(const RankedCause& cause) {
+  constexpr double least_film = 0.03;
+  return (cause.parameter.kind == Kind::film_coefficient || cause.parameter.kind == Kind::coolant_coupling) &&
+         cause.value <= least_film;
+}
+
 /// One or two causes that are sure explain; else those that share do.
 void decide_among(const Problem& problem, const std::vector<RankedCause>& causes, const SearchResult& found,
                   Diagnosis& out) {
@@ -246,7 +255,7 @@ void decide_among(const Problem& problem, const std::vector<RankedCause>& causes
   }
   if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 &&
       causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1]) &&
-      !is_at_bound(causes[1])) {
+      !is_at_bound(causes[1]) && !is_no_film(causes[1])) {
     out.causes.push_back(causes[1]);
     ++found_sure;
   }
@@ -291,6 +300,21 @@ std::pair<std::size_t, double> furthest_channel(const Problem& problem) {
   return furthest;
 }
 
+/// Whether the cause brings the channel that is furthest off clearly nearer to its prediction.
+bool lessens_furthest(const Problem& problem, const RankedCause& cause) {
+  constexpr double clearly = 0.8;
+  const std::size_t k = furthest_channel(problem).first;
+  const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
+  const VectorXd off = (problem.measured - problem.predicted).segment(first, n);
+  for (std::size_t i = 0; i < problem.parameters.size(); ++i) {
+    const Parameter& p = problem.parameters[i];
+    if (p.kind != cause.parameter.kind || p.where != cause.parameter.where) continue;
+    const VectorXd change = (cause.value - problem.nominal[i]) * problem.columns.col(i).segment(first, n);
+    if ((off - change).norm() < clearly * off.norm()) return true;
+  }
+  return false;
+}
+
 /// Why the machine as stated does not fit, though no cause is more likely; empty: it fits.
 std::string why_none_does_not_fit(const Problem& problem, const SearchResult& found) {
   const Stretch& stretch = found.stretch;
@@ -328,9 +352,11 @@ bool share_with_stretched(const Problem& problem, const std::vector<RankedCause>
     const Parameter& stretched = problem.parameters[which];
     for (const RankedCause& cause : causes)
       if (cause.parameter.kind == stretched.kind && cause.parameter.where == stretched.where) sharing = cause;
-  } else if (!causes.empty() && outside_nominal(causes.front())) {
+  } else if (!causes.empty() && outside_nominal(causes.front()) && lessens_furthest(problem, causes.front())) {
     sharing = causes.front();
   }
+  if (sharing.parameter.kind == Kind::unknown && !found.stretch.too_far())
+    out.unknown_in = {problem.observations.channels[furthest_channel(problem).first].channel.id};
   share_with_none(problem, sharing, found, out);
   return true;
 }
@@ -433,6 +459,35 @@ StepsSeen steps_seen(const Problem& problem, const SearchResult& found) {
   return seen;
 }
 
+std::vector<std::string> inputs_before(const Observations& observations, const mesh::Machine& machine,
+                                       const StepsSeen& seen) {
+  constexpr double before_s = 1800.0, after_s = 60.0, least_share = 0.05;
+  constexpr std::size_t most = 4;
+  const solver::Channels channels(machine);
+  std::vector<std::string> changed;
+  for (const Observations& record : observations.each()) {
+    for (Index c = 0; c < std::min<Index>(channels.size(), record.rows.cols()); ++c) {
+      const std::string& name = channels.names()[c];
+      const auto ends = [&](const char* end) { return name.ends_with(end); };
+      if (!ends("_rpm") && !ends("_min") && !ends(".on") && !ends(".open") && !ends(".power_W")) continue;
+      const VectorXd values = record.rows.col(c);
+      const double range = values.maxCoeff() - values.minCoeff();
+      if (!(range > 0.0)) continue;
+      const auto near = [&](double time) {
+        return std::any_of(seen.steps.begin(), seen.steps.end(), [&](const ReadingStep& step) {
+          return time > step.from_s - before_s && time < step.from_s + after_s;
+        });
+      };
+      bool found = false;
+      for (Index i = 1; i < values.size() && !found; ++i)
+        found = std::abs(values[i] - values[i - 1]) > least_share * range && near(record.points[i]);
+      if (found && changed.size() < most && std::find(changed.begin(), changed.end(), name) == changed.end())
+        changed.push_back(name);
+    }
+  }
+  return changed;
+}
+
 void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   out.ranking.clear();
   rank(problem, found, out);
@@ -453,6 +508,9 @@ std::string uncertain_size(const Diagnosis& d) {
 std::string at_bound(const Diagnosis& d) {
   for (const RankedCause& cause : d.causes) {
     const Parameter& p = cause.parameter;
+    if (is_no_film(cause))
+      return fmt::format("the {} of {} is almost 0, {:.2g}, and some heat always passes there", p.name, name_of(p),
+                         cause.value);
     if (!is_at_bound(cause)) continue;
     return fmt::format("the {} of {} is the largest that is looked for, {:.3g}", p.name, name_of(p), p.high);
   }

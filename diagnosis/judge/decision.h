@@ -21,6 +21,11 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 /// @return the steps in readings that describe something unknown best, where it has 0.5 or more; else none
 StepsSeen steps_seen(const Problem& problem, const SearchResult& found);
 
+/// Inputs of the machine that changed within half an hour before one of the steps, at most four: speeds, feeds, states
+/// and powers.
+std::vector<std::string> inputs_before(const Observations& observations, const mesh::Machine& machine,
+                                       const StepsSeen& seen);
+
 /// Changes an explained verdict to ambiguous, with an unknown cause in the set, if the whole record strains the
 /// explanation: a size that varies, or another parameter that deviates, by more than expected. Where it is the size of
 /// a single source or joint, `other_law` of it is in the set too.

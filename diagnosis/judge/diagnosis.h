@@ -62,6 +62,7 @@ struct StepsSeen {
   std::string quantity;               ///< of several, whose sizes these are: the one that moves most
   std::string unit;                   ///< of their sizes
   std::vector<ReadingStep> steps;     ///< in the order of time; empty: there are none
+  std::vector<std::string> inputs;    ///< that changed within half an hour before a step
 
   /// Whether there is a single one, which comes with a time constant.
   bool creeps() const { return steps.size() == 1 && steps.front().memory_s > 0.0; }

@@ -445,11 +445,17 @@ MatrixXd Response::deviations(const MachineInTime& machine, int record, const st
 MatrixXd Response::elsewhere(const MachineInTime& machine, const std::vector<mesh::Pose>& poses) const {
   if (!each_.empty()) return below(each_, [&](const Response& one) { return one.elsewhere(machine, poses); });
   const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
+  // Expansions and stiffnesses act on the output rows alone.
+  std::optional<reduction::ReducedModel> changed;
+  if (has_parts() &&
+      part_changes(model_.machine, machine).differs_in_rows(part_changes(model_.machine, model_.machine)))
+    changed = model_of_changed(model_, machine);
+  const reduction::ReducedModel& outputs = changed ? *changed : model_;
   MatrixXd rows(sensors + 3 * std::ssize(poses), r);
   rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
   for (Index k = 0; k < std::ssize(poses); ++k) {
     for (Index i = 0; i < r; ++i)
-      rows.block(sensors + 3 * k, i, 3, 1) = 1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
+      rows.block(sensors + 3 * k, i, 3, 1) = 1e6 * outputs.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
   }
   std::vector<Variant> none;
   MatrixXd values = run(machine, none, Rows{rows, {}, {}, {}, {}}).front();

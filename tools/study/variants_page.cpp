@@ -33,7 +33,7 @@ std::string finding(const VariantsPage& page) {
           fmt::format("{}: the TCP error of the median machine reaches {:.1f}&#8239;µm, {} {:.1f}&#8239;µm.",
                       core::xml_text(name_of(page, group, load)), load.largest_q50_um,
                       group.variants < least_of_quantile ? "the 95 % quantile of these machines is"
-                                                                : "that of 19 in 20 stays below",
+                                                         : "that of 19 in 20 stays below",
                       load.largest_q95_um);
       if (load.sensitivity) {
         std::vector<std::string> names;
