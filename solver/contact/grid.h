@@ -8,8 +8,8 @@
 
 namespace thermotwin::solver {
 
-/// Grid of axis positions of a joint: spacing at most half the length of its shortest pad along a
-/// linear axis; every 30 deg of a rotary one; travel ends and workspace positions are nodes.
+/// Grid of axis positions of a joint: spacing at most half the length of the shortest connected part of its slave along
+/// a linear axis; every 30 deg of a rotary one; travel ends and workspace positions are nodes.
 std::vector<double> contact_grid(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint);
 
 /// Pads: index of the connected set of slave triangles, divided by cells or sectors, per slave face

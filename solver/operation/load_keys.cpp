@@ -46,11 +46,15 @@ const KeyTable axis{
         key::text("id", required, "The axis."),
         key::number("duty_percent", "%", {0.0, 100.0}, 100.0, "Share of the phase in which the axis moves."),
         key::number("speed_rpm", "rpm", any_number, Absent{}, "Speed of an endless rotary axis."),
-        key::number("low_mm", "mm", any_number, Absent{}, "Lower end of the range that a linear axis moves over."),
+        key::number("low_mm", "mm", any_number, Absent{},
+                    "Lower end of the range that a linear axis moves over; after the phase it stands at its last "
+                    "stated position."),
         key::number("high_mm", "mm", any_number, Absent{}, "Its upper end."),
         key::number("feed_mm_min", "mm/min", any_number, Absent{}, "Feed over that range, up to the axis' rapid."),
         key::number("position_mm", "mm", any_number, Absent{}, "Where a linear axis stands from now on."),
-        key::number("low_deg", "deg", any_number, Absent{}, "Lower end of the range that a rotary axis moves over."),
+        key::number("low_deg", "deg", any_number, Absent{},
+                    "Lower end of the range that a rotary axis moves over; after the phase it stands at its last "
+                    "stated position."),
         key::number("high_deg", "deg", any_number, Absent{}, "Its upper end."),
         key::number("feed_deg_min", "deg/min", any_number, Absent{}, "Feed over that range, up to the axis' rapid."),
         key::number("position_deg", "deg", any_number, Absent{}, "Where a rotary axis stands from now on."),
