@@ -303,6 +303,7 @@ std::pair<std::size_t, double> furthest_channel(const Problem& problem) {
 /// Whether the cause brings the channel that is furthest off clearly nearer to its prediction.
 bool lessens_furthest(const Problem& problem, const RankedCause& cause) {
   constexpr double clearly = 0.8;
+  if (problem.observations.channels.empty()) return false;
   const std::size_t k = furthest_channel(problem).first;
   const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
   const VectorXd off = (problem.measured - problem.predicted).segment(first, n);
@@ -355,7 +356,7 @@ bool share_with_stretched(const Problem& problem, const std::vector<RankedCause>
   } else if (!causes.empty() && outside_nominal(causes.front()) && lessens_furthest(problem, causes.front())) {
     sharing = causes.front();
   }
-  if (sharing.parameter.kind == Kind::unknown && !found.stretch.too_far())
+  if (sharing.parameter.kind == Kind::unknown && !found.stretch.too_far() && !problem.observations.channels.empty())
     out.unknown_in = {problem.observations.channels[furthest_channel(problem).first].channel.id};
   share_with_none(problem, sharing, found, out);
   return true;

@@ -131,6 +131,15 @@ TEST(Verdict, AnEstimateAtTheLargestValueDoesNotExplain) {
       << reason;
 }
 
+// Some heat always passes a film: an estimate without any stands for something else, such as a conductivity.
+TEST(Verdict, AFilmWithoutAnyHeatTransferDoesNotExplain) {
+  const Diagnosis none = decided(1.6, 0.99, 40.0, {.value = 0.02, .probability = 0.98, .pair = 0.97});
+  ASSERT_EQ(none.causes.size(), 2U);
+  EXPECT_NE(diagnosis::at_bound(none).find("is almost 0, 0.02"), std::string::npos) << diagnosis::at_bound(none);
+  const Diagnosis half = decided(1.6, 0.99, 40.0, {.value = 0.5, .probability = 0.98, .pair = 0.97});
+  EXPECT_EQ(diagnosis::at_bound(half), "");
+}
+
 TEST(Verdict, ExplanationsAddToOneAndAPairIsOneOfThem) {
   const Diagnosis d =
       decided(1.5, 0.95, 30.0, {.value = 1.5, .probability = 0.21, .pair = 0.2, .unknown = 0.01, .none = 0.03});

@@ -3,6 +3,8 @@
 // model do as well.
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
@@ -63,6 +65,36 @@ TEST_P(ChangedMachine, RunsInBothModelsAlike) {
   EXPECT_LT(error, 1.5 * base + (cause.kind == Kind::contact_stiffness ? 0.1 : 0.02) * effect);
   EXPECT_GT(reduction::compare(full, reduced(meshed::reduced())).max_um, 0.8 * effect)
       << "without its parts the model cannot know";
+}
+
+/// The program as if it had been measured.
+diagnosis::Observations along(const solver::LoadProgram& load) {
+  diagnosis::Observations plan;
+  const std::vector<double> ends = load.step_ends(1.0);
+  plan.points = Eigen::VectorXd::Zero(std::ssize(ends) + 1);
+  for (Eigen::Index i = 0; i < std::ssize(ends); ++i) {
+    plan.points[i + 1] = ends[i];
+    const Eigen::VectorXd row = load.row(plan.points[i], ends[i]);
+    plan.rows.conservativeResize(i + 1, row.size());
+    plan.rows.row(i) = row.transpose();
+  }
+  plan.end = ends.back();
+  plan.start_C = load.initial_C();
+  return plan;
+}
+
+// What another measurement would show of a cause holds its effect on the output rows.
+TEST_P(ChangedMachine, IsSeenElsewhere) {
+  const Change& change = GetParam();
+  const diagnosis::MachineInTime machine(meshed::machine());
+  const diagnosis::MachineInTime changed =
+      diagnosis::with_parameter(machine, diagnosis::make_parameter(change.kind, change.where), change.value);
+  const diagnosis::Observations plan = along(meshed::load(machine, "shift", meshed::shift));
+  const diagnosis::Response response(meshed::reduced(), plan);
+  const auto poses = mesh::workspace_poses(machine);
+  const auto count = 3 * std::ssize(poses);
+  const Eigen::MatrixXd here = response.elsewhere(machine, poses), there = response.elsewhere(changed, poses);
+  EXPECT_GT((there - here).rightCols(count).cwiseAbs().maxCoeff(), 0.8 * change.least_um);
 }
 
 INSTANTIATE_TEST_SUITE_P(
