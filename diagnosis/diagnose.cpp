@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
@@ -242,7 +243,10 @@ void doubt_connections(const std::vector<ConnectionDoubt>& doubts, Diagnosis& d)
 /// What speaks against an explanation leaves it open.
 void doubt(const mesh::Machine& machine, Records records, const Strain& strain, Diagnosis& d) {
   const std::string worse = worsened(d);
-  std::vector<std::string> doubts{uncertain_size(d), at_bound(d), worse};
+  std::set<std::string> switched;
+  for (const mesh::FilmSpec& film : machine.films)
+    if (!film.state.empty()) switched.insert(film.id);
+  std::vector<std::string> doubts{uncertain_size(d), at_bound(d, switched), worse};
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
   for (const std::string& one : doubts)
     if (d.verdict == Verdict::explained && !one.empty()) leave_open(one, d);

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "core/missing.h"
 #include "core/statistics.h"
@@ -18,41 +19,31 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// (rows) number of the last row with a temperature: rows of other loggers, between, do not count.
-std::vector<Index> temperature_rows(const Measurement& measurement) {
-  std::vector<Index> number(measurement.data.rows(), 0);
-  Index count = 0;
-  for (Index i = 0; i < measurement.data.rows(); ++i) {
-    count += std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const MeasuredChannel& channel) {
-      return channel.kind == ChannelKind::temperature && std::isfinite(measurement.data.values(i, channel.column));
-    });
-    number[i] = count;
-  }
-  return number;
-}
-
-/// Rows for which a reading stands: up to the gap that nine of ten readings keep. @param number  of the rows
-Index typical_gap(const VectorXd& values, const std::vector<Index>& number) {
-  std::vector<double> gaps;
+/// Time, s, for which a reading stands: until the next one is due, after the gap that nine of ten readings keep. A row
+/// that comes a little early may be that of the next reading. Rows of other loggers lie between.
+double standing_time(const VectorXd& time, const VectorXd& values) {
+  constexpr double early = 0.25, early_rows = 0.5;
+  std::vector<double> gaps, steps;
   Index last = -1;
   for (Index i = 0; i < values.size(); ++i) {
+    if (i > 0) steps.push_back(time[i] - time[i - 1]);
     if (!std::isfinite(values[i])) continue;
-    if (last >= 0) gaps.push_back(1.0 * (number[i] - number[last]));
+    if (last >= 0) gaps.push_back(time[i] - time[last]);
     last = i;
   }
-  if (gaps.empty()) return 1;
-  return std::lround(core::nth_smallest(gaps, (std::ssize(gaps) - 1) * 9 / 10));
+  if (gaps.empty()) return 0.0;
+  const double gap = core::nth_smallest(gaps, (std::ssize(gaps) - 1) * 9 / 10);
+  return gap - std::min(early * gap, early_rows * core::median(std::move(steps)));
 }
 
-/// @param number   of the values' rows  @param longest  -1: without end
-VectorXd held(const Eigen::Ref<const VectorXd>& values, const Index* number, Index longest) {
+VectorXd held(const Eigen::Ref<const VectorXd>& time, const Eigen::Ref<const VectorXd>& values, double standing) {
   VectorXd result = values;
   Index last = -1;
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) {
       last = i;
     } else {
-      result[i] = last >= 0 && (longest < 0 || number[i] - number[last] < longest) ? values[last] : missing;
+      result[i] = last >= 0 && time[i] - time[last] < standing ? values[last] : missing;
     }
   }
   return result;
@@ -101,7 +92,6 @@ Dataset make_dataset(const Measurement& measurement) {
   data.source = measurement.folder.string();
   data.time = measurement.time();
   data.starts = find_starts(data.time, measurement.programs);
-  const std::vector<Index> number = temperature_rows(measurement);
   std::vector<VectorXd> inputs, targets;
   for (const MeasuredChannel& channel : measurement.channels) {
     VectorXd values = measurement.values(channel);
@@ -120,10 +110,11 @@ Dataset make_dataset(const Measurement& measurement) {
       data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel),
                              channel.kind == ChannelKind::speed, channel.input});
       // Nothing is held over a pause.
-      const Index longest = temperature ? typical_gap(values, number) : -1;
+      const double standing = temperature ? standing_time(data.time, values) : std::numeric_limits<double>::infinity();
       for (std::size_t s = 0; s < data.starts.size(); ++s) {
-        auto stretch = values.segment(data.starts[s], data.stretch_end(s) - data.starts[s]);
-        stretch = held(stretch, &number[data.starts[s]], longest);
+        const Index first = data.starts[s], count = data.stretch_end(s) - first;
+        auto stretch = values.segment(first, count);
+        stretch = held(data.time.segment(first, count), stretch, standing);
       }
       inputs.push_back(std::move(values));
     }

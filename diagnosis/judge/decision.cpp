@@ -233,7 +233,7 @@ bool is_at_bound(const RankedCause& cause) {
   return cause.parameter.ratio && cause.value >= (1.0 - near_bound) * cause.parameter.high;
 }
 
-/// A film that transfers no heat at all: air and fluid always take some, so that it stands for something else. A source
+/// A film that transfers no heat at all: air and coolant always take some, so that it stands for something else. A source
 /// or a flow may be off.
 bool is_no_film(const RankedCause& cause) {
   constexpr double least_film = 0.03;
@@ -255,7 +255,7 @@ void decide_among(const Problem& problem, const std::vector<RankedCause>& causes
   }
   if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 &&
       causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1]) &&
-      !is_at_bound(causes[1]) && !is_no_film(causes[1])) {
+      !is_at_bound(causes[1])) {
     out.causes.push_back(causes[1]);
     ++found_sure;
   }
@@ -506,10 +506,10 @@ std::string uncertain_size(const Diagnosis& d) {
   return "";
 }
 
-std::string at_bound(const Diagnosis& d) {
+std::string at_bound(const Diagnosis& d, const std::set<std::string>& switched) {
   for (const RankedCause& cause : d.causes) {
     const Parameter& p = cause.parameter;
-    if (is_no_film(cause))
+    if (is_no_film(cause) && switched.count(p.where) == 0)
       return fmt::format("the {} of {} is almost 0, {:.2g}, and some heat always passes there", p.name, name_of(p),
                          cause.value);
     if (!is_at_bound(cause)) continue;

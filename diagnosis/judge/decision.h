@@ -3,6 +3,7 @@
 // Turns the probabilities of a search into a verdict: which causes are named, which remain ambiguous, or that there is
 // no discrepancy.
 
+#include <set>
 #include <string>
 
 #include "diagnosis/inference/model_search.h"
@@ -43,7 +44,8 @@ void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out
 std::string uncertain_size(const Diagnosis& diagnosis);
 
 /// @return why a named cause does not explain: its estimate is the largest value that is looked for; empty: none is
-std::string at_bound(const Diagnosis& diagnosis);
+/// @param switched  ids of films that a state switches off: fluid that does not flow transfers no heat
+std::string at_bound(const Diagnosis& diagnosis, const std::set<std::string>& switched = {});
 
 /// @return whether an estimate deviates from nominal by more than three stated standard deviations and by more than two
 ///   of its own, or belongs to a missing source with strong evidence

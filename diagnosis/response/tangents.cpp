@@ -263,6 +263,9 @@ MatrixXd NominalRun::solve(const MatrixXd& columns) const { return work_->factor
 
 struct Tangents::Drives {
   std::vector<std::unique_ptr<Drive>> each;
+  Factors factors;  ///< of flows that hold instead
+
+  explicit Drives(const Nominal& nominal) : factors(nominal.model.system, nominal.capacity) {}
 };
 
 Tangents::Tangents(const NominalRun& run, const std::vector<Variant>& variants, std::size_t first, std::size_t last)
@@ -270,7 +273,7 @@ Tangents::Tangents(const NominalRun& run, const std::vector<Variant>& variants, 
       variants_(variants),
       first_(first),
       count_(last - first),
-      drives_(std::make_unique<Drives>()),
+      drives_(std::make_unique<Drives>(run.nominal_)),
       image_(run.work_->system.terms.size()),
       known_(run.work_->system.terms.size()) {
   const reduction::ReducedSystem& system = run.work_->system;
@@ -336,7 +339,27 @@ MatrixXd Tangents::solve(const MatrixXd& start, const VectorXd& nominal, const V
       column -= change * (nominal - before) / run_.scale_;
   }
   right = work.stored(run_.nominal_, start) + run_.scale_ * right;
-  return work.factor->solve(right);
+  MatrixXd result = work.factor->solve(right);
+  for (std::size_t v = 0; v < count_; ++v)
+    if (variant(v).held && switches_flow(p, drives_->each[v]->c.p))
+      result.col(v) = held_exactly(v, start, nominal, before);
+  return result;
+}
+
+/// A pump that runs or stands for a while instead changes more than a tangent can tell: the fluid takes on other
+/// temperatures within seconds, and with them the heat that it carries off.
+bool Tangents::switches_flow(const VectorXd& p, const VectorXd& own) const {
+  const std::vector<solver::Term>& terms = run_.nominal_.model.system.layout.terms;
+  for (Index j = 0; j < p.size(); ++j)
+    if (own[j] != p[j] && terms[j].kind == solver::TermKind::coolant_flow) return true;
+  return false;
+}
+
+VectorXd Tangents::held_exactly(std::size_t v, const MatrixXd& start, const VectorXd& nominal, const VectorXd& before) {
+  const NominalRun::Work& work = *run_.work_;
+  const VectorXd from = before + start.col(v), heat = work.heat + heat_.col(v);
+  const VectorXd right = work.stored(run_.nominal_, from) + run_.scale_ * heat;
+  return drives_->factors.get(drives_->each[v]->c.p, run_.step_, 1).solve(right) - nominal;
 }
 
 Tangents::Kept Tangents::keep() const {

@@ -75,6 +75,9 @@ private:
   const Variant& variant(std::size_t v) const { return variants_[first_ + v]; }
   void update(Eigen::Index step);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& start, const Eigen::VectorXd& nominal, const Eigen::VectorXd& before);
+  bool switches_flow(const Eigen::VectorXd& p, const Eigen::VectorXd& own) const;
+  Eigen::VectorXd held_exactly(std::size_t v, const Eigen::MatrixXd& start, const Eigen::VectorXd& nominal,
+                               const Eigen::VectorXd& before);
 
   const NominalRun& run_;
   const std::vector<Variant>& variants_;

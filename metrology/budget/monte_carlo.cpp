@@ -239,9 +239,9 @@ Comparison compare(const Budget& budget, const GumResult& gum, const MonteCarloR
   const CoverageInterval& interval = draws.symmetric[quantity];
   result.low_apart = std::abs(gum.value[quantity] - gum.expanded[quantity] - interval.low);
   result.high_apart = std::abs(gum.value[quantity] + gum.expanded[quantity] - interval.high);
-  const double apart = std::max(result.low_apart, result.high_apart), margin = 2.0 * draws.end_std[quantity];
-  if (apart + margin > result.tolerance)
-    result.agreement = apart - margin > result.tolerance ? Agreement::disagree : Agreement::undecided;
+  const double apart = std::max(result.low_apart, result.high_apart), end_std = draws.end_std[quantity];
+  if (apart + end_std > result.tolerance)
+    result.agreement = apart - 2.0 * end_std > result.tolerance ? Agreement::disagree : Agreement::undecided;
   result.enough_draws = 2.0 * draws.end_std[quantity] <= 0.2 * result.tolerance;
   return result;
 }

@@ -136,6 +136,7 @@ TEST(Verdict, AFilmWithoutAnyHeatTransferDoesNotExplain) {
   const Diagnosis none = decided(1.6, 0.99, 40.0, {.value = 0.02, .probability = 0.98, .pair = 0.97});
   ASSERT_EQ(none.causes.size(), 2U);
   EXPECT_NE(diagnosis::at_bound(none).find("is almost 0, 0.02"), std::string::npos) << diagnosis::at_bound(none);
+  EXPECT_EQ(diagnosis::at_bound(none, {"column.film"}), "") << "fluid that does not flow";
   const Diagnosis half = decided(1.6, 0.99, 40.0, {.value = 0.5, .probability = 0.98, .pair = 0.97});
   EXPECT_EQ(diagnosis::at_bound(half), "");
 }

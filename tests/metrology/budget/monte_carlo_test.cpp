@@ -193,7 +193,8 @@ TEST(MonteCarlo, NearTheToleranceNothingIsDecided) {
     return compare(budget, linear, drawn, 0).agreement;
   };
   EXPECT_EQ(at(0.5), Agreement::agree);
-  EXPECT_EQ(at(0.7), Agreement::undecided);
+  EXPECT_EQ(at(0.7), Agreement::agree);
+  EXPECT_EQ(at(0.9), Agreement::undecided);
   EXPECT_EQ(at(1.3), Agreement::undecided);
   EXPECT_EQ(at(1.5), Agreement::disagree);
 }
