@@ -233,8 +233,8 @@ bool is_at_bound(const RankedCause& cause) {
   return cause.parameter.ratio && cause.value >= (1.0 - near_bound) * cause.parameter.high;
 }
 
-/// A film that transfers no heat at all: air and coolant always take some, so that it stands for something else. A source
-/// or a flow may be off.
+/// A film that transfers no heat at all: air and coolant always take some, so that it stands for something else. A
+/// source or a flow may be off.
 bool is_no_film(const RankedCause& cause) {
   constexpr double least_film = 0.03;
   return (cause.parameter.kind == Kind::film_coefficient || cause.parameter.kind == Kind::coolant_coupling) &&

@@ -179,12 +179,13 @@ private:
   /// What differs; empty: nothing.
   std::string compare(const Move& move, const Frame& frame, const ExpectedMove& wanted) const {
     if (move.kind != wanted.kind) return sentence("it has", name_of(move.kind), name_of(wanted.kind));
-    // An axis that was not named since an update of the zero stands where it was: only rapid moves may begin so.
-    const double late = wanted.kind == MoveKind::traverse ? slack_ : 0.0;
-    const double within = rounding(wanted.unit) + 1e-9 + late + wanted.slack;
+    // An axis that was not named since an update of the zero stands where it was: only rapid moves may end so.
+    const bool is_rapid = wanted.kind == MoveKind::traverse;
+    const double within = rounding(wanted.unit) + 1e-9 + (is_rapid ? slack_ : 0.0) + wanted.slack;
+    const Nine zero = frame.work + frame.g92;
     for (Eigen::Index i = 0; i < 9; ++i) {
       const bool angle = i >= 3 && i < 6;
-      const double to = wanted.to[i];
+      const double to = wanted.to[i] + (is_rapid || angle ? 0.0 : zero[i] - wanted.zero[i]);
       if (std::abs(move.to[i] - to) <= (angle ? angle_rounding : within)) continue;
       const double unit = angle ? units::deg : units::mm;
       return sentence(fmt::format("{} ends at", letters[i]), fmt::format("{:.4f}", move.to[i] / unit),

@@ -199,7 +199,7 @@ TEST(Interrupt, AnNcProgram) {
   if (!has_interpreter()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
   const Toy toy;
   toy.write("reads.ngc", "G21 G90\no1 while [1]\nG0 X1\nG0 X2\no1 endwhile\nM2\n");
-  toy.write("stands.ngc", "G21 G90\nG4 P1000000000\nM2\n");
+  toy.write("stands.ngc", "G21 G90\no1 repeat [1000000]\nG4 P80000\no1 endrepeat\nM2\n");
   for (const char* name : {"reads.ngc", "stands.ngc"}) {
     Program program({"nc", toy.file("machine.toml"), toy.file(name), "--out", toy.out()});
     std::this_thread::sleep_for(std::chrono::milliseconds(500));

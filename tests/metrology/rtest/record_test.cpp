@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/units.h"
 #include "metrology/rtest/analysis.h"
 #include "metrology/rtest/record_keys.h"
 #include "tests/core/reference_page.h"
 
 namespace thermotwin::metrology {
 namespace {
+
+namespace units = core::units;
 
 TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
   const mesh::KinematicChain chain = mesh::KinematicChain::parse("V [w C' B' b Y X Z t]", "test");
@@ -28,23 +31,28 @@ TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
 
 // Shifts of a table's axis and of the head's act alike; a rotation of the head's axis about itself does not.
 TEST(RTestRecord, DefaultErrorsOfTableAndHeadAreDistinguished) {
-  std::string points = "time_s,cycle,C_deg,B_deg,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
+  std::string points = "time_s,cycle,C_deg,B_deg,X_mm,Y_mm,Z_mm,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
   int time = 0;
   for (const double c : {0.0, 90.0, 180.0, 270.0}) {
     for (const double b : {-60.0, 0.0, 60.0}) {
-      const double turn = c * 3.14159265358979 / 180.0;  // C of the table turns the workpiece against its letter
-      points +=
-          fmt::format("{},1,{},{},{},{},80,0,0,0\n", ++time, c, b, 150.0 * std::cos(turn), -150.0 * std::sin(turn));
+      const double turn = c * units::deg, tilt = b * units::deg;  // C turns the workpiece against its letter
+      const double x = 150.0 * std::cos(turn), y = -150.0 * std::sin(turn);
+      // The tool is 300 mm below the axis of B, which the linear axes carry to the sphere.
+      points += fmt::format("{},1,{},{},{},{},{},{},{},80,0,0,0\n", ++time, c, b, x + 300.0 * std::sin(tilt), y,
+                            80.0 + 300.0 * std::cos(tilt), x, y);
     }
   }
-  return std::find(names.begin(), names.end(), name) != names.end();
-};
-EXPECT_TRUE(has(record.errors, "X0C"));
-EXPECT_FALSE(has(record.errors, "X0B"));
-EXPECT_TRUE(has(record.errors, "B0B"));
-EXPECT_TRUE(has(record.left_out, "X0B from X0C"));
-const RTestAnalysis found = analyse(record);
-EXPECT_TRUE(found.not_observable.empty());
+  const RTestRecord record = RTestRecord::parse("schema = 1\nchain = \"V [w C' b X Y Z B t]\"\nstd_um = 1\n",
+                                                core::parse_csv(points, "points.csv"), "rtest.toml");
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  EXPECT_TRUE(has(record.errors, "X0C"));
+  EXPECT_FALSE(has(record.errors, "X0B"));
+  EXPECT_TRUE(has(record.errors, "B0B"));
+  EXPECT_TRUE(has(record.left_out, "X0B from X0C"));
+  const RTestAnalysis found = analyse(record);
+  EXPECT_TRUE(found.not_observable.empty());
 }
 
 TEST(RTestRecord, ReferencePageIsThatOfTheReader) {
