@@ -195,7 +195,7 @@ std::string curve_svg(const Choice& choice) {
   up.include(choice.own_um);
   up.close(0.05);
   core::Plot plot(820, 340, "number of sensors against the TCP error that remains");
-  core::Panel panel(plot, {64, 34, 730, 250}, across, up);
+  core::Panel panel(plot, {64, 34, 620, 250}, across, up);
   panel.y_axis();
   panel.x_axis();
   panel.line(count, left, core::Ink::blue);
@@ -276,9 +276,10 @@ std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh&
                     const std::vector<mesh::SensorSpec>& sensors) {
   const std::string title = "Sensors of " + mesh.machine.name;
   std::vector<std::string> sentences{core::html_sentence(fmt::format(
-      "{} sensors of this choice leave {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} "
-      "um (RMS over poses and times).",
-      choice.chosen.size(), choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
+      "{} of this choice leave{} {:.2f} um of the TCP error, the {} of the case {:.2f} um, none {:.2f} um (RMS over "
+      "poses and times).",
+      choice.chosen.size() == 1 ? "The sensor" : fmt::format("The {} sensors", choice.chosen.size()),
+      choice.chosen.size() == 1 ? "s" : "", choice.chosen_um, choice.own.size(), choice.own_um, choice.without_um))};
   sentences.push_back(core::html_sentence(parts(choice)));
   if (!choice.directions.empty()) sentences.push_back(core::html_sentence(choice.directions));
   for (const std::string& sentence : confirmation(choice)) sentences.push_back(core::html_sentence(sentence));

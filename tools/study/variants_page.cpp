@@ -112,7 +112,7 @@ std::string shares(const VariantsPage& page) {
       }
       std::string below = "shares of the variance of the three translations, all poses and times; 95 % intervals";
       if (page.plan.sampling != study::Sampling::pick_freeze) {
-        below += fmt::format("; the regression leaves {:.2g} % of the variance, which counts to the totals' upper ends",
+        below += fmt::format("; the regression leaves {:.2g} % of the variance, which counts to the upper ends",
                              100.0 * load.sensitivity->unexplained);
       }
       markup += core::html_section(

@@ -546,6 +546,42 @@ TEST(Response, InputsThatHoldEarlierAreWhatAnEarlierChangeDoes) {
   EXPECT_NEAR(problem.prior_std.tail(held)[may - wrong.may_hold.begin()], 0.577, 1e-3);
 }
 
+/// The pump of the coolant starts in the row. @param row  of the first row with a running pump
+compensation::Measurement with_pump(compensation::Measurement m, Index row) {
+  const mesh::Machine machine = lumped::machine();
+  compensation::MeasuredChannel pump;
+  pump.id = pump.input = "coolant." + machine.coolants.front().id + ".on";
+  pump.kind = compensation::ChannelKind::state;
+  pump.unit = "1";
+  pump.column = std::ssize(m.data.columns);
+  m.channels.push_back(pump);
+  m.data.columns.push_back(pump.id);
+  m.data.values.conservativeResize(Eigen::NoChange, pump.column + 1);
+  m.data.values.col(pump.column).setOnes();
+  m.data.values.col(pump.column).head(row).setZero();
+  return m;
+}
+
+// Fluid that stands is as warm as the wall. A tangent would carry off heat at that temperature all the while.
+TEST(Response, APumpThatRunsEarlierIsComputedExactly) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 9);
+  const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
+  Index row = 0;
+  while (m.data.values(row, 0) < 5 * 3600 - 1) ++row;
+  const Observations right = observe(with_pump(m, row)), wrong = observe(with_pump(m, row + 1));
+  const auto may = std::find_if(wrong.may_hold.begin(), wrong.may_hold.end(),
+                                [](const auto& h) { return std::abs(h.from - 5 * 3600) < 1; });
+  ASSERT_NE(may, wrong.may_hold.end());
+  const Response response(model, wrong);
+  const diagnosis::Problem problem = diagnosis::make_problem(machine, with_pump(m, row + 1), wrong, response, {});
+  const auto held = std::ssize(wrong.may_hold);
+  const VectorXd column = problem.columns.rightCols(held).col(may - wrong.may_hold.begin()),
+                 truth = Response(model, right).predict(machine) - problem.predicted;
+  EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.1);
+  EXPECT_LT((column - truth).norm(), 0.05 * truth.norm());
+}
+
 TEST(Observations, NoStepReachesOverASwitch) {
   // Rows each 50 s, which go into steps of 300 s; the spindle is switched 50 s after the last multiple.
   const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 50});
