@@ -300,7 +300,7 @@ std::string steps_action(const StepsSeen& seen) {
       seen.inputs.empty()
           ? "and no recorded input changed in the half hour before. Possible reasons are"
           : fmt::format("after a change of {}. A consequence of it that the model lacks is possible; other reasons are",
-                        core::join(seen.inputs, " and "));
+                        core::join(seen.inputs));
   return fmt::format("Find out what happened on the machine: {}, {} {}.", in_words(seen), with,
                      temperature
                          ? "a sensor or its cable that was touched, fluid that splashed on it, or a fault of its device"

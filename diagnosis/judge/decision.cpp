@@ -465,12 +465,13 @@ std::vector<std::string> inputs_before(const Observations& observations, const m
   constexpr double before_s = 1800.0, after_s = 60.0, least_share = 0.05;
   constexpr std::size_t most = 4;
   const solver::Channels channels(machine);
-  std::vector<std::string> changed;
+  std::vector<std::string> states, others;
   for (const Observations& record : observations.each()) {
     for (Index c = 0; c < std::min<Index>(channels.size(), record.rows.cols()); ++c) {
       const std::string& name = channels.names()[c];
       const auto ends = [&](const char* end) { return name.ends_with(end); };
-      if (!ends("_rpm") && !ends("_min") && !ends(".on") && !ends(".open") && !ends(".power_W")) continue;
+      const bool is_state = ends(".on") || ends(".open");
+      if (!is_state && !ends("_rpm") && !ends("_min") && !ends(".power_W")) continue;
       const VectorXd values = record.rows.col(c);
       const double range = values.maxCoeff() - values.minCoeff();
       if (!(range > 0.0)) continue;
@@ -482,11 +483,13 @@ std::vector<std::string> inputs_before(const Observations& observations, const m
       bool found = false;
       for (Index i = 1; i < values.size() && !found; ++i)
         found = std::abs(values[i] - values[i - 1]) > least_share * range && near(record.points[i]);
-      if (found && changed.size() < most && std::find(changed.begin(), changed.end(), name) == changed.end())
-        changed.push_back(name);
+      std::vector<std::string>& changed = is_state ? states : others;
+      if (found && std::find(changed.begin(), changed.end(), name) == changed.end()) changed.push_back(name);
     }
   }
-  return changed;
+  states.insert(states.end(), others.begin(), others.end());
+  if (states.size() > most) states.resize(most);
+  return states;
 }
 
 void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out) {

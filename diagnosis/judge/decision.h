@@ -22,8 +22,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 /// @return the steps in readings that describe something unknown best, where it has 0.5 or more; else none
 StepsSeen steps_seen(const Problem& problem, const SearchResult& found);
 
-/// Inputs of the machine that changed within half an hour before one of the steps, at most four: speeds, feeds, states
-/// and powers.
+/// Inputs of the machine that changed within half an hour before one of the steps, at most four: states first, then
+/// speeds, feeds and powers.
 std::vector<std::string> inputs_before(const Observations& observations, const mesh::Machine& machine,
                                        const StepsSeen& seen);
 
