@@ -395,11 +395,13 @@ Eigen::Index ReduceSummary::order_of_observer() const {
 }
 
 std::string ReduceSummary::brief() const {
+  constexpr double diverged_um = 1e5;  // a chiller guided by a sensor may swing ever more where few states represent it
   std::string text = fmt::format("order {} from {} candidates ({} dependent)", order, candidates, deflated);
   const bool observed = observer.size() == order_error_um.size();
   for (std::size_t i = 0; i < order_error_um.size(); ++i) {
-    text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first,
-                        order_error_um[i].second);
+    const auto [tried, error_um] = order_error_um[i];
+    text += error_um < diverged_um ? fmt::format("\n  order {:>3}: {:.4f} um on the training loads", tried, error_um)
+                                   : fmt::format("\n  order {:>3}: diverges on the training loads", tried);
     if (observed) text += fmt::format("; observer noise {:.2f} um", observer[i].predicted_um);
   }
   if (!sensors) return text + "\nno sensors: the observer noise is unknown";

@@ -388,5 +388,12 @@ TEST(Reduce, PosesComeBackFromATable) {
   for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_LT((poses[i] - expected[i]).norm(), 1e-12);
 }
 
+TEST(ReduceSummary, AnOrderThatDivergesIsNoNumber) {
+  reduction::ReduceSummary summary;
+  summary.order_error_um = {{40, 2.4e129}, {100, 3.3263}};
+  EXPECT_NE(summary.brief().find("order  40: diverges on the training loads"), std::string::npos) << summary.brief();
+  EXPECT_NE(summary.brief().find("order 100: 3.3263 um"), std::string::npos) << summary.brief();
+}
+
 }  // namespace
 }  // namespace thermotwin::reduction
