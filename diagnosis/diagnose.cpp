@@ -254,6 +254,47 @@ void doubt(const mesh::Machine& machine, Records records, const Strain& strain, 
                              strain.heldout_chi_square < not_foretold;
 }
 
+/// What was named on the fitted part does not hold on the rest: neither is it taken away from what is seen.
+void withdraw(const Problem& problem, const Strain& strain, const std::string& objection, SearchResult& found,
+              Hypothesis& best, Diagnosis& d) {
+  const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) {
+    return r.rms_before <= within_expected * r.explained_std;
+  });
+  d.verdict =
+      expected && found.hypotheses.front().log_evidence < strong ? Verdict::no_discrepancy : Verdict::unexplained;
+  d.warnings.push_back(objection);
+  d.causes.clear();
+  d.ambiguous_set.clear();
+  d.residuals.clear();
+  raise_misfit(found, strain.heldout_misfit);
+  rank_anew(problem, found, d);
+  best = {};
+  best.predicted = problem.predicted;
+  best.refined = true;
+  judge(problem, best, d);
+}
+
+/// Where to look and what to measure.
+void advise(const Problem& problem, const SearchResult& found, const reduction::ReducedModel& model,
+            const DiagnoseOptions& options, Diagnosis& d) {
+  d.steps = steps_seen(problem, found);
+  d.steps.inputs = inputs_before(problem.observations, model.machine, d.steps);
+  for (const std::size_t k : found.unknown_channels)
+    d.unknown_in.push_back(problem.observations.channels[k].channel.id);
+  d.analysis = analyse(problem, solver::Channels(model.machine));
+  d.actions = actions_of(d, model);
+  if (!d.connection.empty()) {
+    d.actions = {fmt::format(
+        "Check the connections first: {}. Correct channels.toml or the cables where it is so, and diagnose again.",
+        d.connection)};
+    d.next.why = "whether channels are what channels.toml states is seen at the machine, without a measurement";
+  } else if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty()) {
+    d.next = next_measurement(problem, model, options.programs, d, options);
+  }
+  d.detectable = detectability(problem, found);
+  if (d.verdict == Verdict::no_discrepancy) d.next.why = nothing_to_decide(d.detectable);
+}
+
 Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, const DiagnoseOptions& options) {
   options.validate();
   const mesh::Machine& machine = model.machine;
@@ -285,45 +326,14 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
       best.members.empty() ? problem.predicted : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
-  if (const std::string objection = heldout_objection(d, look.strain.heldout_chi_square); !objection.empty()) {
-    // What was named on the fitted part does not hold: neither is it taken away from what is seen.
-    const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) {
-      return r.rms_before <= within_expected * r.explained_std;
-    });
-    d.verdict =
-        expected && found.hypotheses.front().log_evidence < strong ? Verdict::no_discrepancy : Verdict::unexplained;
-    d.warnings.push_back(objection);
-    d.causes.clear();
-    d.ambiguous_set.clear();
-    d.residuals.clear();
-    raise_misfit(found, look.strain.heldout_misfit);
-    rank_anew(problem, found, d);
-    best = {};
-    best.predicted = problem.predicted;
-    best.refined = true;
-    judge(problem, best, d);
-  }
+  if (const std::string objection = heldout_objection(d, look.strain.heldout_chi_square); !objection.empty())
+    withdraw(problem, look.strain, objection, found, best, d);
   const std::vector<ConnectionDoubt> connections = connection_doubts(problem);
   doubt_connections(connections, d);
   doubt(machine, records, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  d.steps = steps_seen(problem, found);
-  d.steps.inputs = inputs_before(problem.observations, machine, d.steps);
-  for (const std::size_t k : found.unknown_channels)
-    d.unknown_in.push_back(problem.observations.channels[k].channel.id);
-  d.analysis = analyse(problem, solver::Channels(machine));
-  d.actions = actions_of(d, model);
-  if (!d.connection.empty()) {
-    d.actions = {fmt::format(
-        "Check the connections first: {}. Correct channels.toml or the cables where it is so, and diagnose again.",
-        d.connection)};
-    d.next.why = "whether channels are what channels.toml states is seen at the machine, without a measurement";
-  } else if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty()) {
-    d.next = next_measurement(problem, model, options.programs, d, options);
-  }
-  d.detectable = detectability(problem, found);
-  if (d.verdict == Verdict::no_discrepancy) d.next.why = nothing_to_decide(d.detectable);
+  advise(problem, found, model, options, d);
   const Observations& obs = problem.observations;
   const auto longer_notes = [&](std::size_t k) { return std::vector{longer_note(open[k], obs.each()[k])}; };
   if (longer)

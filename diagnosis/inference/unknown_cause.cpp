@@ -69,6 +69,27 @@ void add(Block& sum, const Block& other, double sign = 1.0) {
 
 }  // namespace
 
+namespace {
+
+/// All channels, those of one sort, single ones: each of the three counts the same.
+/// @param groups  receives the number of those before the single ones
+std::vector<std::vector<std::size_t>> scopes_of(const std::vector<ObservedChannel>& observed, std::size_t& groups) {
+  const std::size_t channels = observed.size();
+  std::vector<std::vector<std::size_t>> scopes(3);
+  for (std::size_t k = 0; k < channels; ++k) {
+    scopes[0].push_back(k);
+    scopes[observed[k].is_temperature() ? 1 : 2].push_back(k);
+  }
+  std::erase_if(scopes,
+                [&](const auto& scope) { return scope.empty() || (scope.size() == channels && &scope != &scopes[0]); });
+  groups = scopes.size();
+  if (channels > 1)
+    for (std::size_t k = 0; k < channels; ++k) scopes.push_back({k});
+  return scopes;
+}
+
+}  // namespace
+
 UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_channels, const VectorXd& prior_std,
                                  const VectorXd& residual_of_channels, const VectorXd& seen,
                                  const std::vector<double>& levels) {
@@ -103,17 +124,8 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& of_chan
   UnknownEvidence result;
   result.without = log_evidence(nominal, rows);
 
-  // All channels, those of one sort, single ones: each of the three counts the same.
-  std::vector<std::vector<std::size_t>> scopes(3);
-  for (std::size_t k = 0; k < channels; ++k) {
-    scopes[0].push_back(k);
-    scopes[observed[k].is_temperature() ? 1 : 2].push_back(k);
-  }
-  std::erase_if(scopes,
-                [&](const auto& scope) { return scope.empty() || (scope.size() == channels && &scope != &scopes[0]); });
-  const std::size_t groups = scopes.size();
-  if (channels > 1)
-    for (std::size_t k = 0; k < channels; ++k) scopes.push_back({k});
+  std::size_t groups = 0;
+  const std::vector<std::vector<std::size_t>> scopes = scopes_of(observed, groups);
   std::vector<double> of_scope(scopes.size());
   core::parallel_for(0, scopes.size(), [&](std::size_t i) {
     std::vector<double> logs;

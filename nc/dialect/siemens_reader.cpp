@@ -165,8 +165,8 @@ void SiemensReader::unit_g(int number, Block& block) {
   block.words.emplace_back(inch ? "G20" : "G21");
 }
 
-/// LinuxCNC counts F in the unit of lengths that holds before the line: it takes F before G20 and G21. A feed that holds
-/// on stays the same speed when the unit changes.
+/// LinuxCNC counts F in the unit of lengths that holds before the line: it takes F before G20 and G21. A feed that
+/// holds on stays the same speed when the unit changes.
 void SiemensReader::add_feed(Block& block) {
   const bool inch_before = std::exchange(inch_before_, inch_);
   if (!block.feed) return;

@@ -294,6 +294,18 @@ std::filesystem::path find_helper() {
   return {};
 }
 
+namespace {
+
+/// A file as the user's folder sees it: the interpreter works in the folder of the program.
+/// @param program  as the interpreter has it
+std::string name_of(std::string_view file, const std::filesystem::path& program, const InterpreterOptions& options) {
+  if (file == program.string()) return options.program.string();
+  if (!std::filesystem::path(file).is_relative()) return std::string(file);
+  return ((options.folder.empty() ? options.program.parent_path() : options.folder) / file).string();
+}
+
+}  // namespace
+
 long interpret(const InterpreterOptions& options, const ControlProfile& given,
                const std::function<void(const Record&)>& take) {
   const std::filesystem::path helper = options.helper.empty() ? find_helper() : options.helper;
@@ -316,22 +328,15 @@ long interpret(const InterpreterOptions& options, const ControlProfile& given,
     if (path.find('\n') != std::string::npos) throw InputError(path, "a line end in a path", "a path without");
   Child child(helper, folder, job_text(options, control, program, folder));
 
-  std::string file = options.program.string(), beside;
+  std::string file = options.program.string();
   std::uint32_t line = 0;
   bool ended = false;
-  const std::string own = options.program.string();
   const std::function<void(const Record&)> look = [&](const Record& came) {
     Record record = came;
     if (record.kind == Kind::error) refuse(record, file, folder, control);
     if (record.kind == Kind::file) {
-      if (record.text == program.string()) {
-        record.text = own;
-      } else if (std::filesystem::path(record.text).is_relative()) {
-        // The interpreter works in the folder; others have a folder of their own.
-        beside = ((options.folder.empty() ? options.program.parent_path() : options.folder) / record.text).string();
-        record.text = beside;
-      }
-      file = std::string(record.text);
+      file = name_of(record.text, program, options);
+      record.text = file;
     }
     if (record.kind == Kind::block) line = record.line;
     if (record.kind == Kind::end) {

@@ -390,6 +390,19 @@ Choice choose(const StudySensorsOptions& options, const solver::Case& machine_ca
   return choice;
 }
 
+void require_confirmable(const solver::Case& machine_case) {
+  if (machine_case.check_points.empty()) {
+    throw core::InputError((machine_case.folder / "case.toml").string(), "no check points, which --confirm compares at",
+                           "[check_points] with poses, or no --confirm");
+  }
+  const std::vector<mesh::Axis>& axes = machine_case.machine.axes;
+  if (std::none_of(axes.begin(), axes.end(),
+                   [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; })) {
+    throw core::InputError(machine_case.machine.path.string(), "no linear axis, whose offsets --confirm judges",
+                           "a machine with a linear axis, or no --confirm");
+  }
+}
+
 }  // namespace
 
 void study_sensors(const StudySensorsOptions& given) {
@@ -399,16 +412,7 @@ void study_sensors(const StudySensorsOptions& given) {
   if (options.loads.empty()) options.loads = machine_case.holdout;
   const std::vector<solver::LoadProgram> loads = load_programs(machine_case, options.loads);
   if (loads.empty()) throw core::UsageError("--load: the case holds no load program out");
-  if (options.confirm > 0 && machine_case.check_points.empty()) {
-    throw core::InputError((machine_case.folder / "case.toml").string(), "no check points, which --confirm compares at",
-                           "[check_points] with poses, or no --confirm");
-  }
-  const std::vector<mesh::Axis>& axes = machine_case.machine.axes;
-  if (options.confirm > 0 && std::none_of(axes.begin(), axes.end(),
-                                          [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; })) {
-    throw core::InputError(machine_case.machine.path.string(), "no linear axis, whose offsets --confirm judges",
-                           "a machine with a linear axis, or no --confirm");
-  }
+  if (options.confirm > 0) require_confirmable(machine_case);
   const fs::path folder = options.out / "study/sensors";
   require_writable(folder);
   const solver::FullModel full = build(machine_case, options.out);
