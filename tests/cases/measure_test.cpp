@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `measure`: budgets by both methods, R-Tests to a folder that `evaluate` reads, ISO 230-3 tables, slips.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -148,6 +149,16 @@ TEST(Measure, WrongUsage) {
   EXPECT_EQ(option.status, 2);
   for (const char* words : {"'--ark'", "nearest: --arc", "thermotwin measure uncertainty --help"})
     EXPECT_SAYS(option.err, words);
+}
+
+// The largest double has 309 digits; nobody wants to read them.
+TEST(Measure, ANumberThatIsNotPositiveIsRefusedInAShortSentence) {
+  for (const char* radius : {"0", "-3", "inf", "wide"}) {
+    const Result result = thermotwin({"measure", "uncertainty", "--arc", "90", "--radius", radius});
+    EXPECT_EQ(result.status, 2) << radius;
+    EXPECT_SAYS(result.err, fmt::format("--radius: {} is not a finite number above 0", radius));
+    EXPECT_LT(result.err.size(), 200u);
+  }
 }
 
 }  // namespace

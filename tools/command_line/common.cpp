@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/command_line/common.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <sstream>
 
@@ -84,6 +86,28 @@ void share_common_options(CLI::App& group, const std::vector<std::shared_ptr<Com
 
 CLI::Range seeds() { return {0.0, 9e15}; }
 
+namespace {
+
+// nan is left to require_numbers.
+CLI::Validator finite_number(const std::string& name, const std::string& allowed, bool (*is_allowed)(double)) {
+  const auto check = [allowed, is_allowed](const std::string& word) {
+    double value = 0.0;
+    const bool is_good = CLI::detail::lexical_cast(word, value) && !std::isinf(value) && is_allowed(value);
+    return is_good ? std::string{} : fmt::format("{} is not a finite number {}", word, allowed);
+  };
+  return {check, name};
+}
+
+}  // namespace
+
+CLI::Validator positive_number() {
+  return finite_number("POSITIVE", "above 0", [](double value) { return std::isnan(value) || value > 0.0; });
+}
+
+CLI::Validator non_negative_number() {
+  return finite_number("NONNEGATIVE", "of at least 0", [](double value) { return std::isnan(value) || value >= 0.0; });
+}
+
 void require_numbers(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
     if (!option->get_type_name().starts_with("FLOAT")) continue;
@@ -105,7 +129,7 @@ void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::
 
 void add_checkpoint_option(CLI::App& verb, double& every_s) {
   verb.add_option("--checkpoint-every", every_s, "Wall-clock time between checkpoints, s.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
 }
 

@@ -34,6 +34,10 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate);
 /// Of a seed: CLI11 takes a negative or too large number for another one.
 CLI::Range seeds();
 
+/// CLI11's own name the largest double by all its 309 digits.
+CLI::Validator positive_number();
+CLI::Validator non_negative_number();
+
 /// CLI11's ranges let nan pass. @throws InputError for an option of numbers that is none
 void require_numbers(const CLI::App& verb);
 

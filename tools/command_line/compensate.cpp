@@ -16,7 +16,7 @@ void add_compensate(CLI::App& app) {
   verb->get_option("--out")->description("CSV file of offsets, or - for standard output.")->group("Options");
   verb->add_flag("--no-sensors", compensate.no_sensors, "Ignore the temperature sensors.");
   verb->add_option("--step", compensate.step_s, "Longest step of the thermal state, s.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   verb->add_option("--start-C", compensate.start_C,
                    "Uniform temperature of the machine at the start, degC; with sensors it is estimated from their "
@@ -24,11 +24,11 @@ void add_compensate(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--largest-offset", compensate.largest_um,
                    "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb->add_option("--offset-rate", compensate.rate_um_s,
                    "Limit of each offset's rate of change, um/s, from 0 at the start (default: the largest offset in "
                    "300 s, plus axis moves).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
 
   verb->add_flag(
       "--strict", compensate.strict,
@@ -50,7 +50,7 @@ void add_compensate(CLI::App& app) {
                        "that take one, with the largest residual, um.");
   verb->add_option("--lines-every", compensate.lines_every_s,
                    "Machine time between two versions of the file of --lines with --out -, s.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str()
       ->needs(lines);
   verb->add_option("--axis-errors", compensate.axis_errors,
@@ -64,7 +64,7 @@ void add_compensate(CLI::App& app) {
                  "workspace.");
   verb->add_option("--order", compensate.order,
                    "Number of states of the model that are kept, from the first on (default: all).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb->add_option("--explain", compensate.explain,
                    "Text file, written at the end, of the disturbance states and their detectability by the sensors.");
 }

@@ -28,7 +28,7 @@ void add_evaluate(CLI::App& app) {
                                     "Extended model diagnosis/extended/model.rom.h5, judged beside the nominal one.");
   auto* until = verb->add_option("--train-until", evaluate.train_until_h,
                                  "Training time from the first row, h (default: 24, or half of a record below 30 h).")
-                    ->check(CLI::PositiveNumber);
+                    ->check(positive_number());
   verb->add_option("--train-programs", evaluate.train_programs,
                    "Programs of channels.toml that train, instead of --train-until: A,B.")
       ->delimiter(',')

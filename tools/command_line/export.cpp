@@ -25,7 +25,7 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   verb.add_option("--order", exported.order,
                   "With --c, --fmu, --linuxcnc: number of states of the model that are kept, from the first on "
                   "(default: all).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   add("--step", exported.step_s, "With --c, --fmu, --linuxcnc: longest step of the thermal state, s (default 60).");
   add("--start-C", exported.start_C,
       "With --c, --fmu, --linuxcnc: initial temperature of the machine, degC (default 20).");
@@ -76,11 +76,11 @@ void add_export(CLI::App& app) {
                        "Load program of the deck, as amplitudes (default: steady state of the machine at rest).");
   auto* step = verb->add_option("--time-step", exported.time_step_s,
                                 "Longest time increment of the deck, s (default: time_step_s of the load).")
-                   ->check(CLI::PositiveNumber)
+                   ->check(positive_number())
                    ->needs(load);
   verb->add_option("--steady-at", exported.steady_at_s,
                    "Time of the load, s, whose steady state replaces the transient.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->needs(load)
       ->excludes(step);
   verb->add_option(

@@ -27,7 +27,7 @@ std::shared_ptr<CommonOptions> add_uncertainty(CLI::App& group) {
           ->check(CLI::Range(10.0, 360.0))
           ->excludes(budget);
   verb->add_option("--radius", measured.radius_mm, "Distance of the sphere from the axis, mm.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--half-width", measured.half_width_um, "Half of the range of each coordinate's uniform error, um.")
@@ -35,11 +35,11 @@ std::shared_ptr<CommonOptions> add_uncertainty(CLI::App& group) {
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--rate", measured.rate_Hz, "Points per second.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--feed", measured.feed_deg_min, "Speed of the axis, deg/min.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str()
       ->needs(arc);
   verb->add_option("--plane-offset", measured.plane_offset_mm,
@@ -87,7 +87,7 @@ std::shared_ptr<CommonOptions> add_analyse(CLI::App& group) {
 void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
   metrology::PlanOptions& plan = planned.plan;
   verb.add_option("--radius", plan.radius_mm, "Distance of the sphere from the table's axis, mm.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
   verb.add_option(
           "--azimuth", plan.azimuths_deg,
@@ -97,7 +97,7 @@ void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
       ->capture_default_str();
   verb.add_option("--height", plan.height_mm, "Height of the sphere above the table point, mm.")->capture_default_str();
   verb.add_option("--clearance", plan.clearance_mm, "Distance by which the tool retracts between points, mm.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
   verb.add_option("--angles", plan.angles_deg,
                   "Positions of the tested axis, deg; for rtest_continuous both ends (default: over its travel).")
@@ -112,14 +112,14 @@ void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
       ->capture_default_str();
   verb.add_option("--contact-radius", planned.contact_radius_mm,
                   "Sum of the radii of probe tip and sphere, mm; 0: flat tips.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
   verb.add_option("--noise", planned.noise_um, "Standard deviation of a sample of a probe, um.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
   verb.add_option("--repeatability", planned.repeatability_um,
                   "Standard deviation of a coordinate of the linear axes at a point, um.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
 }
 
@@ -148,7 +148,7 @@ std::shared_ptr<CommonOptions> add_plan(CLI::App& group) {
           "--speed", plan.speed,
           "Speed of the load: rpm for the spindle and endless axes, else mm/min or deg/min (default: half of the "
           "largest).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb->add_option("--range", plan.range,
                    "Range of the load's motion to and fro, mm or deg, e.g. -90,60 (default: 80 % of the travel).")
       ->delimiter(',');
@@ -205,7 +205,7 @@ std::shared_ptr<CommonOptions> add_simulate_test(CLI::App& group) {
   verb->add_flag("--no-noise", simulated.no_noise, "Probes and sensors without noise, axes without scatter.");
   verb->add_option("--sensor-noise", simulated.sensor_noise_K,
                    "Standard deviation of a reading of a temperature sensor, K.")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
   verb->add_option("--draws", simulated.draws,
                    "Number of draws of noise and calibration that give the coverage of the stated uncertainty.")

@@ -39,23 +39,23 @@ void add_nc(CLI::App& app) {
       ->check(CLI::Range(0.0, 604800.0))
       ->needs(state);
   verb->add_option("--step", nc.step_s, "--step of the `compensate` that saved the state, s.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str()
       ->needs(state);
   verb->add_option("--largest-offset", nc.largest_um, "--largest-offset of the `compensate` that saved the state, um.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(state);
   verb->add_option("--offset-rate", nc.rate_um_s, "--offset-rate of the `compensate` that saved the state, um/s.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(state);
   verb->add_option("--order", nc.order,
                    "Number of states of the model that are kept, from the first on (default: all).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb->add_option("--rewrite", nc.rewrite,
                    "path: corrected coordinates; shift: updates of the work offset at retracted moves.")
       ->check(CLI::IsMember({"path", "shift"}));
   verb->add_option("--tolerance", nc.tolerance_um, "Tolerance of the rewritten path, um.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   verb->add_option("--repeat", nc.repeat,
                    "Number of parts, one after the other; the rewritten program is that of the last one.")

@@ -27,7 +27,7 @@ void add_offsets(CLI::App& app) {
                    "Axes that move the workpiece in the direction of their letter instead of against it, e.g. B,C.")
       ->delimiter(',');
   verb->add_option("--table-radius", offsets.table_radius_mm, "Radius at which R0T is stated, mm.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
 }
 

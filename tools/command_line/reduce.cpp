@@ -35,7 +35,7 @@ void add_matrices(CLI::App& verb, ReduceOptions& reduce, CLI::Option& of_case) {
                   "Method: combined (default), krylov, pod, balanced or modal for a case; balanced (default), modal or "
                   "krylov for --matrices.");
   verb.add_option("--tolerance", reduce.tolerance, "With --matrices: error bound, relative to the H-infinity norm.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->needs(matrices)
       ->capture_default_str();
   verb.add_flag("--absolute", reduce.absolute, "With --matrices: the tolerance is absolute.")->needs(matrices);

@@ -13,9 +13,9 @@ void add_model_options(CLI::App& verb, ServeOptions& serve) {
   verb.add_flag("--no-sensors", serve.no_sensors, "Ignore the temperature sensors.");
   verb.add_option("--order", serve.order,
                   "Number of states of the model that are kept, from the first on (default: all).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb.add_option("--step", serve.step_s, "Longest step of the thermal state, s.")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   verb.add_option("--start-C", serve.start_C,
                   "Uniform temperature of the machine at a start without state, degC; with sensors it is estimated "
@@ -23,11 +23,11 @@ void add_model_options(CLI::App& verb, ServeOptions& serve) {
       ->capture_default_str();
   verb.add_option("--largest-offset", serve.largest_um,
                   "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb.add_option(
           "--offset-rate", serve.rate_um_s,
           "Limit of each offset's rate of change, um/s (default: the largest offset in 300 s, plus axis moves).")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   verb.add_option("--probe-std", serve.probe_std_um,
                   "Standard deviation of the values in the columns probe_dx_um, probe_dy_um and probe_dz_um, um.")
       ->check(CLI::Range(0.001, 1e5))

@@ -21,7 +21,7 @@ void add_simulate(CLI::App& app) {
       "phase.");
   auto* every = verb->add_option("--fields-every", simulate.fields_every_s,
                                  "Interval between the temperature fields of fields.pvd, s.")
-                    ->check(CLI::PositiveNumber)
+                    ->check(positive_number())
                     ->capture_default_str();
   auto* times =
       verb->add_option(
@@ -29,7 +29,7 @@ void add_simulate(CLI::App& app) {
               "Times of the results, s, e.g. 0,600,3600; the run ends at the last one (default: every output_s of "
               "the load).")
           ->delimiter(',')
-          ->check(CLI::NonNegativeNumber);
+          ->check(non_negative_number());
   auto* from = verb->add_option(
       "--start-from", simulate.start_from,
       "Initial temperatures from a .vtu of fields.pvd, on any mesh of the machine (default: initial_C of the load).");
@@ -40,7 +40,7 @@ void add_simulate(CLI::App& app) {
   from->excludes(sensors);
   verb->add_option("--start-time", simulate.start_time_s, "Time in that table, s (default: its first row).")
       ->needs(sensors)
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   auto* resume = verb->add_flag("--resume", simulate.resume,
                                 "Continue from the checkpoint of an interrupted run with the same inputs.");
   for (CLI::Option* of_run : {every, times, from, sensors, resume}) steady->excludes(of_run);
