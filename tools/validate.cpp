@@ -213,7 +213,7 @@ void validate(const ValidateOptions& options) {
   const compensation::ValidationOptions settings = validation_settings(options, machine_case);
   compensation::require_check_points(machine_case);
   // Refused before a campaign for the model.
-  if (!options.power_off) compensation::validation_loads(machine_case, settings);
+  if (!options.power_off) load_programs(machine_case, settings.loads);
   const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   using compensation::ValidationOptions;
   if (options.power_off) {

@@ -50,6 +50,15 @@ TEST(MeasuredMachine, IsNotSteppedAsTheModelsAre) {
   EXPECT_LT(apart(measured(fine), measured(coarse), "dz"), 1e-9);
 }
 
+// It would count twice in every mean.
+TEST(Validate, ALoadNamedTwiceIsRefused) {
+  const Toy toy;
+  const Result twice = toy.run(
+      {"validate", toy.path(), "--model", made("model.rom.h5"), "--load", "mixed", "--load", "mixed", "--draws", "1"});
+  EXPECT_EQ(twice.status, 3);
+  for (const char* words : {"'mixed'", "named twice", "each load program once"}) EXPECT_SAYS(twice.err, words);
+}
+
 TEST(Validate, PrintsFullAndReducedTruthsSideBySide) {
   const Toy toy;
   for (const char* study : {"--power-off", "--failed-sensors", ""}) {
