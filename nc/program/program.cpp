@@ -84,7 +84,10 @@ public:
         break;
       case Kind::traverse: straight(MoveKind::traverse, record); break;
       case Kind::feed: straight(MoveKind::feed, record); break;
-      case Kind::probe: straight(MoveKind::probe, record); break;
+      case Kind::probe:
+        if (summary_.probes++ == 0) summary_.first_probe = place();
+        straight(MoveKind::probe, record);
+        break;
       case Kind::tap: tap(record); break;
       case Kind::arc: arc(record); break;
       case Kind::offset: offset(record); break;

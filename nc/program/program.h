@@ -94,8 +94,10 @@ struct ProgramSink {
 
 struct ProgramSummary {
   std::vector<std::string> files;
-  long deletable = 0;     ///< lines of the program that begin with /
-  bool open_end = false;  ///< it ended without M2, M30 or %
+  long deletable = 0;       ///< lines of the program that begin with /
+  bool open_end = false;    ///< it ended without M2, M30 or %
+  long probes = 0;          ///< probing moves, which run to their end
+  std::string first_probe;  ///< file and line of the first
   long moves = 0, blocks = 0, tool_changes = 0, stops = 0;
   long traverses = 0, feeds = 0, arcs = 0;
   MoveState end;  ///< behind the last line, as the frame

@@ -293,6 +293,16 @@ TEST_F(Nc, AToolTableReachesTheAxes) {
   EXPECT_NEAR(summary["travel"]["Z_mm"].get<double>(), 35.0, 1e-9);
 }
 
+// Where the probe would touch is not known; the time of the move is that of its whole way.
+TEST_F(Nc, AProbingMoveThatRunsToItsEndIsNamed) {
+  toy.write("part.ngc", "G21 G90\nG0 Z20\nG38.2 Z10 F100\nG38.3 Z0 F100\nM2\n");
+  const Result probing = toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc")});
+  ASSERT_EQ(probing.status, 0) << probing.err;
+  for (const char* words : {"part.ngc:3", "2 probing moves run to their end"}) EXPECT_SAYS(probing.err, words);
+  toy.write("part.ngc", "G21 G90\nG0 Z20\nG1 Z10 F100\nM2\n");
+  EXPECT_EQ(toy.run({"nc", toy.file("machine.toml"), toy.file("part.ngc")}).err.find("probing"), std::string::npos);
+}
+
 // Parts in a row: the pause belongs to the last operation, and the first good part is the one that parts.csv shows.
 TEST_F(Nc, ASeriesOfPartsWarmsUp) {
   toy.write("part.ngc",

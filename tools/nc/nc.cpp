@@ -283,6 +283,10 @@ private:
     if (program_.open_end)
       core::warn(fmt::format("{}: ends without M2, M30 or %; the end of the file is taken as the end of the program",
                              options_.program.string()));
+    if (program_.probes > 0)
+      core::warn(fmt::format("{}: {} probing {} to {} end, as if the workpiece were not touched before",
+                             program_.first_probe, program_.probes, program_.probes == 1 ? "move runs" : "moves run",
+                             program_.probes == 1 ? "its" : "their"));
   }
   void warn_of_tools() const {
     if (process_.unknown_tools().empty()) return;
