@@ -531,9 +531,10 @@ TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
 TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   const Toy toy;
   toy.take_results();
-  const Result made =
-      toy.run({"study", "sensors", toy.path(), "--spacing", "80", "--json", "--quiet", "--confirm", "1"});
+  const Result made = toy.run(
+      {"study", "sensors", toy.path(), "--spacing", "80", "--every", "21", "--json", "--quiet", "--confirm", "1"});
   ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_SAYS(made.err, "--every 21: 'mixed' has a row every 4 min, so the filter corrects every 20 min");
   const json summary = json::parse(made.out);
   EXPECT_EQ(summary["chosen"]["sensors"], summary["own"]["sensors"]);
   EXPECT_LT(summary["chosen"]["left_um"].get<double>(), summary["own"]["left_um"].get<double>());

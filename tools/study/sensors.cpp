@@ -15,6 +15,7 @@
 #include "core/folder_lock.h"
 #include "core/html_page.h"
 #include "core/plot.h"
+#include "core/progress.h"
 #include "core/quoted.h"
 #include "core/text.h"
 #include "core/units.h"
@@ -330,6 +331,14 @@ std::string directions(const Reach& reach) {
   return "No linear axis moves " + reach.unmoved() + ": errors there stay and do not count.";
 }
 
+/// The filter corrects at stored rows only. @param used  time of the first correction, s
+void warn_of_rows(const solver::LoadProgram& load, double every_s, double used) {
+  if (std::abs(used - every_s) > 0.01 * every_s)
+    core::warn(fmt::format("--every {:.4g}: '{}' has a row every {:.4g} min, so the filter corrects every {:.4g} min",
+                           every_s / core::units::minute, load.name(), load.output_interval() / core::units::minute,
+                           used / core::units::minute));
+}
+
 Choice choose(const StudySensorsOptions& options, const solver::Case& machine_case, const solver::FullModel& full,
               const reduction::ReducedModel& model, const MatrixXd& basis,
               const std::vector<solver::LoadProgram>& loads) {
@@ -343,8 +352,11 @@ Choice choose(const StudySensorsOptions& options, const solver::Case& machine_ca
 
   const std::vector<study::UncertainParameter> parameters = study::uncertain_parameters(model);
   std::vector<study::LoadResponses> along;
-  for (const solver::LoadProgram& load : loads)
-    along.push_back(study::responses(model, parameters, load, options.every_min * core::units::minute));
+  const double every_s = options.every_min * core::units::minute;
+  for (const solver::LoadProgram& load : loads) {
+    along.push_back(study::responses(model, parameters, load, every_s));
+    warn_of_rows(load, every_s, along.back().times.front());
+  }
   study::ChoiceOptions how;
   how.noise_K = options.noise_K;
   how.bias_K = options.bias_K;
