@@ -298,7 +298,7 @@ std::string steps_action(const StepsSeen& seen) {
   }
   const std::string with =
       seen.inputs.empty()
-          ? "and no recorded input changed in the half hour before. Possible reasons are"
+          ? "and no recorded state, speed, feed or power changed in the half hour before. Possible reasons are"
           : fmt::format("after a change of {}. A consequence of it that the model lacks is possible; other reasons are",
                         core::join(seen.inputs));
   return fmt::format("Find out what happened on the machine: {}, {} {}.", in_words(seen), with,

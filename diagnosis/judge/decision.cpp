@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <set>
 
 #include "core/text.h"
@@ -448,7 +449,11 @@ StepsSeen steps_seen(const Problem& problem, const SearchResult& found) {
   const bool beside = found.probability_leftover > 0.5 * found.probability_unknown;
   const ReadingSteps& steps = beside ? found.beside_steps : found.unknown_steps;
   for (const std::size_t k : steps.channels) seen.channels.push_back(problem.observations.channels[k].channel.id);
-  if (!seen.channels.empty()) seen.unit = problem.observations.channels[steps.channels.front()].channel.unit;
+  if (!seen.channels.empty()) {
+    const ObservedChannel& first = problem.observations.channels[steps.channels.front()];
+    seen.unit = first.channel.unit;
+    seen.record = static_cast<std::size_t>(first.record);
+  }
   seen.quantity = steps.quantity;
   if (!seen.quantity.empty()) {
     for (const std::size_t k : steps.channels) {
@@ -466,26 +471,29 @@ std::vector<std::string> inputs_before(const Observations& observations, const m
   constexpr std::size_t most = 4;
   const solver::Channels channels(machine);
   std::vector<std::string> states, others;
-  for (const Observations& record : observations.each()) {
-    for (Index c = 0; c < std::min<Index>(channels.size(), record.rows.cols()); ++c) {
-      const std::string& name = channels.names()[c];
-      const auto ends = [&](const char* end) { return name.ends_with(end); };
-      const bool is_state = ends(".on") || ends(".open");
-      if (!is_state && !ends("_rpm") && !ends("_min") && !ends(".power_W")) continue;
-      const VectorXd values = record.rows.col(c);
-      const double range = values.maxCoeff() - values.minCoeff();
-      if (!(range > 0.0)) continue;
-      const auto near = [&](double time) {
-        return std::any_of(seen.steps.begin(), seen.steps.end(), [&](const ReadingStep& step) {
-          return time > step.from_s - before_s && time < step.from_s + after_s;
-        });
-      };
-      bool found = false;
-      for (Index i = 1; i < values.size() && !found; ++i)
-        found = std::abs(values[i] - values[i - 1]) > least_share * range && near(record.points[i]);
-      std::vector<std::string>& changed = is_state ? states : others;
-      if (found && std::find(changed.begin(), changed.end(), name) == changed.end()) changed.push_back(name);
+  const Observations& record = observations.each()[seen.record];
+  for (Index c = 0; c < std::min<Index>(channels.size(), record.rows.cols()); ++c) {
+    const std::string& name = channels.names()[c];
+    const auto ends = [&](const char* end) { return name.ends_with(end); };
+    const bool is_state = ends(".on") || ends(".open");
+    if (!is_state && !ends("_rpm") && !ends("_min") && !ends(".power_W")) continue;
+    const VectorXd values = record.rows.col(c);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double value : values) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
     }
+    if (!(high > low)) continue;
+    const auto near = [&](double time) {
+      return std::any_of(seen.steps.begin(), seen.steps.end(), [&](const ReadingStep& step) {
+        return time > step.from_s - before_s && time < step.from_s + after_s;
+      });
+    };
+    bool found = false;
+    for (Index i = 1; i < values.size() && !found; ++i)
+      found = std::abs(values[i] - values[i - 1]) > least_share * (high - low) && near(record.points[i]);
+    if (found) (is_state ? states : others).push_back(name);
   }
   states.insert(states.end(), others.begin(), others.end());
   if (states.size() > most) states.resize(most);

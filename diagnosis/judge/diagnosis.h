@@ -63,6 +63,7 @@ struct StepsSeen {
   std::string unit;                   ///< of their sizes
   std::vector<ReadingStep> steps;     ///< in the order of time; empty: there are none
   std::vector<std::string> inputs;    ///< that changed within half an hour before a step
+  std::size_t record = 0;             ///< whose times these are, in the order of the data
 
   /// Whether there is a single one, which comes with a time constant.
   bool creeps() const { return steps.size() == 1 && steps.front().memory_s > 0.0; }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/error.h"
 #include "core/statistics.h"
@@ -48,43 +49,57 @@ double range_of(const std::vector<double>& values) {
   return *high - *low;
 }
 
+/// A temperature at the times of values.
+struct Beside {
+  VectorXd temperature;
+  double scatter = 0;   ///< standard deviation, K
+  double readings = 0;  ///< that it comes from: the rows between two of them scatter together
+};
+
 /// The temperature at the times of values that have none in their row, between its readings.
-/// @param scatter  of a reading; becomes that of what is returned
-VectorXd beside_values(const VectorXd& time, const VectorXd& values, const VectorXd& temperature, double& scatter) {
+/// @param scatter  of a reading, K
+Beside beside_values(const VectorXd& time, const VectorXd& values, const VectorXd& temperature, double scatter) {
   std::vector<Index> known;
   for (Index i = 0; i < temperature.size(); ++i)
     if (!std::isnan(temperature[i])) known.push_back(i);
   std::vector<double> gaps;
   for (std::size_t k = 1; k < known.size(); ++k) gaps.push_back(time[known[k]] - time[known[k - 1]]);
-  if (gaps.empty()) return temperature;
+  Beside result{temperature, scatter, 1.0 * std::ssize(known)};
+  if (gaps.empty()) return result;
   const double longest = longest_gap * core::median(gaps);
-  VectorXd result = temperature;
   double shares = 0.0;
   Index count = 0;
+  std::set<Index> used;
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
     double share = 1.0;  // of the scatter's variance
-    if (std::isnan(temperature[i])) {
+    if (!std::isnan(temperature[i])) {
+      used.insert(i);
+    } else {
       const auto next = std::lower_bound(known.begin(), known.end(), i);
       if (next == known.begin() || next == known.end()) continue;
       const Index low = *(next - 1), high = *next;
       if (time[high] - time[low] > longest) continue;
       const double weight = (time[i] - time[low]) / (time[high] - time[low]);
-      result[i] = (1.0 - weight) * temperature[low] + weight * temperature[high];
+      result.temperature[i] = (1.0 - weight) * temperature[low] + weight * temperature[high];
+      used.insert({low, high});
       share = weight * weight + (1.0 - weight) * (1.0 - weight);
     }
     shares += share;
     ++count;
   }
-  if (count > 0) scatter *= std::sqrt(shares / (1.0 * count));
+  if (count > 0) result.scatter *= std::sqrt(shares / (1.0 * count));
+  result.readings = std::min<Index>(std::ssize(used), count);
   return result;
 }
 
 /// Slope over the temperature, whose values scatter, and its standard deviation (Fuller 1987, 1.2.3 with a known
 /// variance of the scatter): with the residuals v = e - b w of the temperature's scatter w,
 ///   var b = (s_v^2 + (s_w^2 s_v^2 + b^2 s_w^4) / s_x^2) / (n s_x^2).
-void find_gradient(const VectorXd& values, const VectorXd& temperature, double uncertainty, double scatter,
-                   ThermalRow& row) {
+/// What comes from w is divided by the number of readings of the temperature instead of the n rows.
+void find_gradient(const VectorXd& values, const Beside& beside, double uncertainty, ThermalRow& row) {
+  const VectorXd& temperature = beside.temperature;
+  const double scatter = beside.scatter, readings = beside.readings;
   std::vector<double> x, y;
   for (Index i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i]) || std::isnan(temperature[i])) continue;
@@ -96,15 +111,16 @@ void find_gradient(const VectorXd& values, const VectorXd& temperature, double u
                  value = Eigen::Map<VectorXd>(y.data(), std::ssize(y));
   const VectorXd about = at.array() - at.mean();
   const double count = about.size(), all = about.squaredNorm() / count,
-               noise = scatter * scatter * (count - 1.0) / count, own = all - noise;
+               noise = scatter * scatter * (readings - 1.0) / readings, own = all - noise;
   row.reliability = own / all;
-  if (row.reliability < least_reliability || own < sure * noise * std::sqrt(2.0 / count)) return;
+  if (row.reliability < least_reliability || own < sure * noise * std::sqrt(2.0 / readings)) return;
   row.gradient = about.dot(value) / count / own;
   const VectorXd residual = (value.array() - value.mean()).matrix() - row.gradient * about;
-  const double expected = uncertainty * uncertainty + std::pow(row.gradient * scatter, 2),
-               variance = std::max(residual.squaredNorm() / (count - 2.0), expected);
-  const double more = (noise * variance + std::pow(row.gradient * noise, 2)) / own;
-  row.gradient_std = std::sqrt((variance + more) / (count * own));
+  const double of_scatter = std::pow(row.gradient * scatter, 2), least = uncertainty * uncertainty,
+               variance = std::max(residual.squaredNorm() / (count - 2.0), least + of_scatter),
+               rest = std::max(variance - of_scatter, least),
+               more = (noise * variance + std::pow(row.gradient * noise, 2)) / own;
+  row.gradient_std = std::sqrt((rest / count + (of_scatter + more) / readings) / own);
 }
 
 }  // namespace
@@ -163,9 +179,7 @@ ThermalTable thermal_table(const Measurement& measurement, const std::string& am
       row.first_hour_std = ranges[0].std;
     }
     if (temperature.size() > 0) {
-      double own_scatter = scatter;
-      const VectorXd at = beside_values(time, values, temperature, own_scatter);
-      find_gradient(values, at, channel.uncertainty, own_scatter, row);
+      find_gradient(values, beside_values(time, values, temperature, scatter), channel.uncertainty, row);
     }
     table.rows.push_back(std::move(row));
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/mandrel/mandrel.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
@@ -260,26 +261,51 @@ Estimates analyse(const MandrelRecord& record) {
   return result;
 }
 
+namespace {
+
+/// (probes x probes) of readings over their standard deviations: what the quantities leave of them.
+MatrixXd left_over(const MandrelRecord& record) {
+  MatrixXd rows = rows_of(record, record.quantities.empty() ? quantity_names() : record.quantities);
+  for (Index p = 0; p < rows.rows(); ++p) rows.row(p) /= record.probes[p].std;
+  const LinearFit shape = fit_linear(rows, VectorXd::Zero(rows.rows()));
+  return MatrixXd::Identity(rows.rows(), rows.rows()) - rows * shape.cofactor * rows.transpose();
+}
+
+}  // namespace
+
+// A wrong place of a probe acts in all rows alike: with the columns U of what the standard deviations of the places do
+// to the readings, each over its own, the covariance of the residuals is I + U U^T.
 ResidualTest residual_test(const MandrelRecord& record, const Estimates& estimates) {
   const Index rows = std::ssize(estimates.cycles), probes = std::ssize(record.probes);
-  MatrixXd scaled(rows, probes);
+  MatrixXd scaled(rows, probes), of_places(rows, 3 * probes);
   for (Index i = 0; i < rows; ++i) {
     const CycleResult& cycle = estimates.cycles[i];
     const Vector3d turn = turn_of(estimates.errors, cycle.value);
     for (Index p = 0; p < probes; ++p) {
       const MandrelProbe& probe = record.probes[p];
-      const double of_place = probe.place_std * probe.direction.cross(turn).norm();
-      scaled(i, p) = cycle.residual[p] / std::hypot(probe.std, of_place);
+      scaled(i, p) = cycle.residual[p] / probe.std;
+      of_places.block<1, 3>(i, 3 * p) = probe.place_std / probe.std * probe.direction.cross(turn).transpose();
     }
   }
-  if (record.against_first) scaled.rowwise() -= scaled.colwise().mean().eval();
+  if (record.against_first) {
+    scaled.rowwise() -= scaled.colwise().mean().eval();
+    of_places.rowwise() -= of_places.colwise().mean().eval();
+  }
+  const MatrixXd left = left_over(record);
+  MatrixXd gram = of_places.transpose() * of_places;
+  VectorXd shown(3 * probes);
+  for (Index p = 0; p < probes; ++p) {
+    shown.segment<3>(3 * p) = of_places.middleCols<3>(3 * p).transpose() * scaled.col(p);
+    for (Index q = 0; q < probes; ++q) gram.block<3, 3>(3 * p, 3 * q) *= left(p, q);
+  }
+  gram.diagonal().array() += 1.0;
   ResidualTest test;
   test.degrees = (record.against_first ? rows - 1 : rows) * estimates.cycles.front().degrees_of_freedom;
   if (test.degrees < 1) {
     test.ratio = std::numeric_limits<double>::quiet_NaN();
     return test;
   }
-  const double squares = scaled.squaredNorm(), degrees = test.degrees;
+  const double squares = scaled.squaredNorm() - shown.dot(gram.llt().solve(shown)), degrees = test.degrees;
   test.ratio = std::sqrt(squares / degrees);
   test.exceeds = diagnosis::chi_square_tail(squares, degrees) < residual_probability;
   return test;

@@ -53,7 +53,10 @@ ErrorChoice distinguished(const RTestRecord& record, const std::vector<std::stri
     for (int pass = 0; pass < 2; ++pass)
       for (const VectorXd& known : basis) own -= known * known.dot(own);
     if (own.norm() > std::max(distinct * norm, no_effect)) {
-      if (2 * std::ssize(basis) >= effect.size()) break;
+      if (2 * std::ssize(basis) >= effect.size()) {
+        choice.left_out.push_back(term.name + ": too few points");
+        continue;
+      }
       basis.emplace_back(own / own.norm());
       effects.push_back(std::move(effect));
       choice.chosen.push_back(term.name);

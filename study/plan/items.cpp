@@ -80,8 +80,7 @@ std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
         if (kind != Kind::ambient_gradient) {
           items.push_back({ambient.id, 0.0});
         } else if (ambient.has_gradient) {
-          const double size = std::abs(ambient.gradient.value);
-          items.push_back({ambient.id, size > 0.0 ? ambient.gradient.std_percent : 0.0, size});
+          items.push_back({ambient.id, ambient.gradient.std_percent, std::abs(ambient.gradient.value)});
         }
       }
       break;

@@ -100,7 +100,7 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
     }
     const std::size_t before = meant.size();
     for (const Item& item : items)
-      if (item.std_percent > 0.0) meant.push_back(item);
+      if (item.std() > 0.0) meant.push_back(item);
     if (meant.size() == before) {
       throw core::InputError(node.place("where"), "'*'",
                              "ids: no item of " + row.name + " has a std_percent in " + machine.path.string());
@@ -112,8 +112,10 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
     StudyParameter made;
     made.parameter = diagnosis::make_parameter(row.kind, id);
     made.name = row.name + ":" + id;
-    if (!own && !(item.std_percent > 0.0)) {
-      throw core::InputError(node.place("where"), "'" + id + "' has no std_percent in " + machine.path.string(),
+    if (!own && !(item.std() > 0.0)) {
+      const std::string has =
+          item.std_percent > 0.0 ? "' has a std_percent of the value 0 in " : "' has no std_percent in ";
+      throw core::InputError(node.place("where"), "'" + id + has + machine.path.string(),
                              "values, range, std_percent or std beside it");
     }
     made.distribution = own ? *own : Distribution::normal(made.parameter.ratio ? 1.0 : 0.0, item.std());

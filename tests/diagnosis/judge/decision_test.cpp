@@ -422,4 +422,26 @@ TEST(Words, AChangeOfNothingHasNoMinus) {
   EXPECT_EQ(diagnosis::percent_text(12.6), "13");
 }
 
+// What changed in another record has nothing to do with a step in this one.
+TEST(Decision, InputsBeforeAStepAreThoseOfItsRecord) {
+  const mesh::Machine machine = lumped::machine();
+  const solver::Channels channels(machine);
+  const auto record = [&](double changes_s) {
+    diagnosis::Observations made;
+    made.points = Eigen::VectorXd::LinSpaced(21, 0.0, 12000.0);
+    made.rows = Eigen::MatrixXd::Zero(20, channels.size());
+    for (Eigen::Index i = 0; i < 20; ++i)
+      made.rows(i, channels.index("spindle.speed_rpm")) = made.points[i] < changes_s ? 0.0 : 6000.0;
+    made.rows(0, channels.index("spindle.speed_rpm")) = std::nan("");
+    return made;
+  };
+  diagnosis::Observations both;
+  both.records = {record(6000.0), record(10000.0)};
+  diagnosis::StepsSeen seen;
+  seen.steps.push_back({.from_s = 6300.0});
+  EXPECT_EQ(inputs_before(both, machine, seen), std::vector<std::string>{"spindle.speed_rpm"});
+  seen.record = 1;
+  EXPECT_TRUE(inputs_before(both, machine, seen).empty());
+}
+
 }  // namespace

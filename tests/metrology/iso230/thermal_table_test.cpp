@@ -158,6 +158,19 @@ TEST(ThermalTable, ScatterOfTheTemperatureFlattensNoGradient) {
   EXPECT_TRUE(std::isnan(thermal_table(noisy(1, 1.0, 0.0, 0.0), "air").rows[0].gradient));
 }
 
+// Eight rows between two readings of the air share their scatter: they tell no more than the readings do.
+TEST(ThermalTable, RowsBetweenTwoReadingsOfTheTemperatureScatterTogether) {
+  int inside = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Measurement measurement = noisy(seed, 0.0, 0.3, 20.0);
+    for (Index i = 0; i < 97; ++i)
+      if (i % 8 != 0) measurement.data.values(i, 1) = std::nan("");
+    const ThermalRow row = thermal_table(measurement, "air").rows[0];
+    inside += std::abs(row.gradient - 20.0) <= 2.0 * row.gradient_std ? 1 : 0;
+  }
+  EXPECT_GE(inside, 180);
+}
+
 TEST(ThermalTable, OneValueHasNoRange) {
   Measurement measurement = etve();
   measurement.data.values.col(2).segment(1, 12).setConstant(std::nan(""));

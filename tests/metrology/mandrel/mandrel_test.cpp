@@ -103,5 +103,38 @@ TEST(Mandrel, AProbeThatContradictsTheOthersIsNoticed) {
   EXPECT_GT(test(4.0).ratio, 2.0);
 }
 
+// A wrong place of a probe is one error in all rows, in which a rotation shows it.
+TEST(Mandrel, WrongPlacesOfTheProbesAreNoContradiction) {
+  for (const char* reference : {"absolute", "first"}) {
+    int exceeds = 0, seen = 0;
+    for (unsigned seed = 1; seed <= 200; ++seed) {
+      std::mt19937_64 engine(seed);
+      std::normal_distribution<double> normal;
+      const double off_mm[] = {2.0 * normal(engine), 2.0 * normal(engine), 2.0 * normal(engine)};
+      const auto found = [&](double jump_um) {
+        std::string rows = "time_s,X1_um,X2_um,X3_um\n";
+        for (int i = 0; i < 50; ++i) {
+          const double per_mm = 0.1 + 0.002 * i;  // um/mm
+          rows += fmt::format("{},{},{},{}\n", 60 * i, per_mm * (100.0 + off_mm[0]) + 0.1 * normal(engine),
+                              per_mm * off_mm[1] + 0.1 * normal(engine),
+                              per_mm * (50.0 + off_mm[2]) + 0.1 * normal(engine) + (i % 10 > 4 ? jump_um : 0.0));
+        }
+        std::string file = fmt::format("schema = 1\nreference = '{}'\nquantities = ['dx', 'rb']\n", reference);
+        for (const int z : {100, 0, 50}) {
+          file += fmt::format(
+              "[[probe]]\nid = 'X{}'\nat_mm = [0, 0, {}]\ndirection = [1, 0, 0]\nstd_um = 0.1\nplace_std_mm = 2\n",
+              z == 100 ? 1 : (z == 0 ? 2 : 3), z);
+        }
+        const MandrelRecord record = MandrelRecord::parse(file, core::parse_csv(rows, "readings.csv"), "mandrel.toml");
+        return residual_test(record, analyse(record)).exceeds;
+      };
+      exceeds += found(0.0) ? 1 : 0;
+      if (seed <= 20) seen += found(0.4) ? 1 : 0;
+    }
+    EXPECT_LE(exceeds, 2) << reference;
+    EXPECT_GE(seen, 18) << reference;
+  }
+}
+
 }  // namespace
 }  // namespace thermotwin::metrology

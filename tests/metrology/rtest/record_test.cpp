@@ -29,8 +29,8 @@ TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
             (Names{"X0C", "Y0C", "A0C", "B0C", "X0A", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
 }
 
-// Shifts of a table's axis and of the head's act alike; a rotation of the head's axis about itself does not.
-TEST(RTestRecord, DefaultErrorsOfTableAndHeadAreDistinguished) {
+/// A table C and a head B, with their first points at 0, 90, 180, 270 deg of C and -60, 0, 60 deg of B.
+RTestRecord table_and_head(int count) {
   std::string points = "time_s,cycle,C_deg,B_deg,X_mm,Y_mm,Z_mm,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
   int time = 0;
   for (const double c : {0.0, 90.0, 180.0, 270.0}) {
@@ -38,12 +38,18 @@ TEST(RTestRecord, DefaultErrorsOfTableAndHeadAreDistinguished) {
       const double turn = c * units::deg, tilt = b * units::deg;  // C turns the workpiece against its letter
       const double x = 150.0 * std::cos(turn), y = -150.0 * std::sin(turn);
       // The tool is 300 mm below the axis of B, which the linear axes carry to the sphere.
-      points += fmt::format("{},1,{},{},{},{},{},{},{},80,0,0,0\n", ++time, c, b, x + 300.0 * std::sin(tilt), y,
-                            80.0 + 300.0 * std::cos(tilt), x, y);
+      if (time < count)
+        points += fmt::format("{},1,{},{},{},{},{},{},{},80,0,0,0\n", ++time, c, b, x + 300.0 * std::sin(tilt), y,
+                              80.0 + 300.0 * std::cos(tilt), x, y);
     }
   }
-  const RTestRecord record = RTestRecord::parse("schema = 1\nchain = \"V [w C' b X Y Z B t]\"\nstd_um = 1\n",
-                                                core::parse_csv(points, "points.csv"), "rtest.toml");
+  return RTestRecord::parse("schema = 1\nchain = \"V [w C' b X Y Z B t]\"\nstd_um = 1\n",
+                            core::parse_csv(points, "points.csv"), "rtest.toml");
+}
+
+// Shifts of a table's axis and of the head's act alike; a rotation of the head's axis about itself does not.
+TEST(RTestRecord, DefaultErrorsOfTableAndHeadAreDistinguished) {
+  const RTestRecord record = table_and_head(12);
   const auto has = [](const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
@@ -53,6 +59,23 @@ TEST(RTestRecord, DefaultErrorsOfTableAndHeadAreDistinguished) {
   EXPECT_TRUE(has(record.left_out, "X0B from X0C"));
   const RTestAnalysis found = analyse(record);
   EXPECT_TRUE(found.not_observable.empty());
+}
+
+// Errors beyond half of the coordinates are assumed to be 0, and said to be.
+TEST(RTestRecord, DefaultErrorsOfFewPointsAreAllNamed) {
+  const RTestRecord all = table_and_head(12), few = table_and_head(4);
+  EXPECT_LE(2 * few.errors.size(), 12U + 1U);
+  EXPECT_LT(few.errors.size(), all.errors.size());
+  for (const std::string& name : all.errors) {
+    const auto names = [&](const std::string& words) {
+      return words.starts_with(name + " ") || words.starts_with(name + ":");
+    };
+    EXPECT_TRUE(std::find(few.errors.begin(), few.errors.end(), name) != few.errors.end() ||
+                std::any_of(few.left_out.begin(), few.left_out.end(), names))
+        << name;
+  }
+  EXPECT_TRUE(std::any_of(few.left_out.begin(), few.left_out.end(),
+                          [](const std::string& words) { return words.ends_with(": too few points"); }));
 }
 
 TEST(RTestRecord, ReferencePageIsThatOfTheReader) {
