@@ -129,7 +129,7 @@ private:
   /// Speed along the path, m/s or rad/s.
   double path_speed(const Move& move, bool only_angles) const {
     if (move.kind == MoveKind::traverse) return 0.0;
-    double rate = only_angles ? angular_feed_ : frame_.feed;
+    double rate = only_angles ? frame_.angular_feed : frame_.feed;
     const double turns = std::abs(state_.spindle_rpm);
     const double unit = only_angles ? units::deg : frame_.unit;
     if (synchronous_ > 0.0)
@@ -280,7 +280,7 @@ private:
         frame_.unit = value * units::mm;
         break;
       case Setting::plane: plane_ = static_cast<int>(value); break;
-      case Setting::feed_rate: frame_.feed = angular_feed_ = value; break;
+      case Setting::feed_rate: frame_.feed = frame_.angular_feed = value; break;
       case Setting::feed_mode: frame_.feed_per_turn = value != 0.0; break;
       case Setting::rotation: frame_.rotation = value * units::deg; break;
       case Setting::work_offset_set: frame_.work_number = static_cast<int>(value); break;
@@ -334,7 +334,6 @@ private:
   MoveState state_;
   int plane_ = 1, path_mode_ = 3;
   double tolerance_ = 0, speed_rpm_ = 0, direction_ = 0, synchronous_ = 0;
-  double angular_feed_ = 0;  ///< of rotary axes alone, which no unit of length changes
 };
 
 }  // namespace

@@ -39,6 +39,7 @@ struct Frame {
   double rotation = 0;  ///< rad
   int work_number = 1;
   double feed = 0;             ///< feed rate as programmed
+  double angular_feed = 0;     ///< the same of rotary axes alone, which no unit of length changes
   bool degrees_count = false;  ///< a feed of lines and angles counts along both, a degree as a unit of length (Fanuc)
   bool feed_per_turn = false;  ///< G95
   Nine work = Nine::Zero(), g92 = Nine::Zero(), tool = Nine::Zero();  ///< m and rad

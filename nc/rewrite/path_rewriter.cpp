@@ -297,8 +297,10 @@ void PathRewriter::write_feed(ProgramLine& line, const Entry& entry, const Sourc
     const double share = piece.end - piece.begin;
     if (!piece.is_whole()) line.set('F', feed_number(move.speed / move.length * units::minute / share), behind);
   } else if (other_feed_ && source.frame.feed > 0.0) {
-    line.set('F', feed_number(source.frame.feed), behind);
-    other_feed_ = false;
+    const Nine change = move.to - move.from;
+    const bool only_angles = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
+    line.set('F', feed_number(only_angles ? source.frame.angular_feed : source.frame.feed), behind);
+    other_feed_ = source.frame.angular_feed != source.frame.feed;
   }
 }
 

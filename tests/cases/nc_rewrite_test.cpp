@@ -506,6 +506,14 @@ TEST_F(NcRewrite, ShiftKnowsTheUnitAtEachUpdate) {
   }
 }
 
+// A feed of rotary axes alone stays when the unit of length changes, that of lines is converted.
+TEST_F(NcRewrite, FeedsOfAnglesOutliveAChangeOfUnit) {
+  const json before = run("G21 G90\nG0 X30 Y0 Z50 C0\nG1 C180 F360\nG20\nG1 C180.5\nG1 X1.5\nG1 C190\nM2\n", "units",
+                          {"--rewrite", "path", "--start-C", "26"});
+  const json again = run(corrected("units"), "again", {"--start-C", "26"});
+  EXPECT_NEAR(again["cutting_s"].get<double>(), before["cutting_s"].get<double>(), 0.7) << corrected("units");
+}
+
 // An update replaces the control's own work offset: one that nobody stated is named. None follows the program's end.
 TEST_F(NcRewrite, ShiftNamesWorkOffsetsThatAreNotStated) {
   toy.write("control.toml", "schema = 1\n[[work_offset]]\nnumber = 2\nZ_mm = 10\n");
