@@ -144,8 +144,16 @@ private:
     return rate * unit / units::minute;
   }
 
+  /// An axis that the rounding of a change of unit moves stands still, or its length would count for the feed.
+  static void stay_where_nothing_moves(Move& move) {
+    constexpr double least = 1e-10;  // m, rad
+    for (int i = 0; i < 9; ++i)
+      if (std::abs(move.to[i] - move.from[i]) < least) move.to[i] = move.from[i];
+  }
+
   void emit(Move& move) {
     require_finite(move.to);
+    if (move.kind != MoveKind::arc) stay_where_nothing_moves(move);
     const Nine change = move.to - move.from;
     if (move.kind != MoveKind::arc) move.length = frame_.feed_length(change);
     position_ = move.to;

@@ -512,6 +512,7 @@ TEST_F(NcRewrite, FeedsOfAnglesOutliveAChangeOfUnit) {
                           {"--rewrite", "path", "--start-C", "26"});
   const json again = run(corrected("units"), "again", {"--start-C", "26"});
   EXPECT_NEAR(again["cutting_s"].get<double>(), before["cutting_s"].get<double>(), 0.7) << corrected("units");
+  EXPECT_SAYS(corrected("units"), "G1 C180.5 F360.0\n");
 }
 
 // An update replaces the control's own work offset: one that nobody stated is named. None follows the program's end.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nc/program/program.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -110,6 +111,15 @@ TEST_F(NcProgram, MixedFeedsOfFanucCountDegrees) {
   control = ControlProfile::load("linuxcnc", machine);
   read("G21 G90\nG1 X30 C40 F100\nM30\n");
   EXPECT_NEAR(moves[0].length / moves[0].speed, 18.0, 1e-9);
+}
+
+// 29.99 mm have no exact value in inches.
+TEST_F(NcProgram, ARotaryMoveAfterAChangeOfUnitTakesItsTime) {
+  for (const char* x : {"30", "29.99", "0.1"}) {
+    read(fmt::format("G21 G90\nG0 X{}\nG1 C180 F360\nG20\nG1 C270\nM2\n", x));
+    ASSERT_EQ(moves.size(), 3U);
+    EXPECT_NEAR(moves[2].length / moves[2].speed, 15.0, 1e-9) << x;
+  }
 }
 
 TEST_F(NcProgram, LinesWithASlashAreCountedAndMayRun) {
