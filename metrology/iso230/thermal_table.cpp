@@ -116,11 +116,11 @@ void find_gradient(const VectorXd& values, const Beside& beside, double uncertai
   if (row.reliability < least_reliability || own < sure * noise * std::sqrt(2.0 / readings)) return;
   row.gradient = about.dot(value) / count / own;
   const VectorXd residual = (value.array() - value.mean()).matrix() - row.gradient * about;
-  const double of_scatter = std::pow(row.gradient * scatter, 2), least = uncertainty * uncertainty,
-               variance = std::max(residual.squaredNorm() / (count - 2.0), least + of_scatter),
-               rest = std::max(variance - of_scatter, least),
+  const double by_scatter = std::pow(row.gradient * scatter, 2), least = uncertainty * uncertainty,
+               variance = std::max(residual.squaredNorm() / (count - 2.0), least + by_scatter),
+               rest = std::max(variance - by_scatter, least),
                more = (noise * variance + std::pow(row.gradient * noise, 2)) / own;
-  row.gradient_std = std::sqrt((rest / count + (of_scatter + more) / readings) / own);
+  row.gradient_std = std::sqrt((rest / count + (by_scatter + more) / readings) / own);
 }
 
 }  // namespace

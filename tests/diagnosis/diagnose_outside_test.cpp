@@ -148,7 +148,9 @@ TEST(DiagnoseOutside, AChangeAtAnUnknownTimeIsNoStep) {
     record.data.values = record.data.values(kept, Eigen::all).eval();
     const Diagnosis d = diagnosis::diagnose(meshed::reduced(), record, {});
     SCOPED_TRACE(d.sentence);
-    if (off_K == 0.0) EXPECT_NE(d.verdict, diagnosis::Verdict::unexplained);
+    if (off_K == 0.0) {
+      EXPECT_NE(d.verdict, diagnosis::Verdict::unexplained);
+    }
     for (const diagnosis::ReadingStep& step : d.steps.steps)
       EXPECT_GT(std::abs(step.from_s / 3600.0 - change_h), 0.3) << in_words(d.steps);
   }

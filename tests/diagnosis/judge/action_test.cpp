@@ -88,7 +88,9 @@ TEST(Action, SomethingUnknownIsLookedForWhereItIs) {
   EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column()).at(0).find("Begin with T8"), std::string::npos);
   d.unknown_in = {"dz@1"};
   EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column()).at(0).find("Begin with dz@1"), std::string::npos);
-  d.steps = {.channels = {"dz@1", "dz@2"}, .unit = "um", .steps = {{.from_s = 37044.0, .size = -3.44, .std = 0.21}}};
+  d.steps.channels = {"dz@1", "dz@2"};
+  d.steps.unit = "um";
+  d.steps.steps = {{.from_s = 37044.0, .size = -3.44, .std = 0.21}};
   EXPECT_NE(diagnosis::actions_of(d, diagnosis::boxed_column())
                 .at(0)
                 .find("dz@1 and dz@2 changed suddenly by -3.44 +- 0.21 um at 10.29 h of the record"),
