@@ -40,7 +40,7 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
   std::vector<UncertainParameter> found;
   for (const Kind kind : ratio_kinds) {
     for (const Item& item : items_of(machine, kind)) {
-      if (!(item.std_percent > 0.0)) continue;
+      if (!(item.std() > 0.0)) continue;
       found.push_back({diagnosis::make_parameter(kind, item.id), item.std(), compensation::machine_memory_s});
     }
   }

@@ -24,7 +24,7 @@ std::vector<UncertainParameter> stated_parameters(const mesh::Machine& machine, 
         return one.parameter.kind == row.kind && one.parameter.where == item.id;
       };
       // Of two exchanges of a volume with the same ambient the name means the first.
-      if (!(item.std_percent > 0.0) || std::any_of(found.begin(), found.end(), named)) continue;
+      if (!(item.std() > 0.0) || std::any_of(found.begin(), found.end(), named)) continue;
       found.push_back({diagnosis::make_parameter(row.kind, item.id), item.std(), compensation::machine_memory_s});
     }
   }

@@ -123,5 +123,20 @@ TEST(StatedParameters, AreAllWithADeviation) {
   EXPECT_THROW(chosen_parameters({}, {}, lumped::machine()), core::InputError);
 }
 
+// A share of the value 0 is no deviation that a test could lessen.
+TEST(StatedParameters, AGradientOfNothingIsNoUncertainValue) {
+  mesh::Machine machine = lumped::machine();
+  machine.ambients[0].has_gradient = true;
+  const auto gradients = [&](double value) {
+    machine.ambients[0].gradient = {value, 50.0};
+    std::vector<double> std;
+    for (const UncertainParameter& found : stated_parameters(machine, true))
+      if (found.parameter.kind == diagnosis::Kind::ambient_gradient) std.push_back(found.std);
+    return std;
+  };
+  EXPECT_EQ(gradients(2.0), std::vector<double>{1.0});
+  EXPECT_TRUE(gradients(0.0).empty());
+}
+
 }  // namespace
 }  // namespace thermotwin::study
