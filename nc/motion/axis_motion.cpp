@@ -132,8 +132,7 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
                           const std::function<void(Element&&)>& take) const {
   const std::string place = fmt::format("{}:{}", file, move.state.line);
   require_axes(move, place);
-  const Nine change = move.to - move.from;
-  const bool angular = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
+  const bool angular = move.has_only_angles();
   const auto give = [&](Element&& element, double share, bool last) {
     element.angular = angular;
     element.length = move.length * share;

@@ -31,6 +31,10 @@ double unit_of(double length, int letter) { return is_angle(letter) ? units::deg
 
 }  // namespace
 
+bool has_only_angles(const Nine& change) { return change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0); }
+
+bool Move::has_only_angles() const { return kind != MoveKind::arc && nc::has_only_angles(to - from); }
+
 double straight_length(const Nine& change) {
   if (!change.head<3>().isZero(0)) return change.head<3>().norm();
   if (!change.tail<3>().isZero(0)) return change.tail<3>().norm();
@@ -54,8 +58,7 @@ Nine Frame::to_program(const Nine& axes) const {
 double Frame::feed_length(const Nine& change) const {
   const Eigen::Vector3d angles = change.segment<3>(3);
   const double straight = straight_length(change);
-  const bool linear = !change.head<3>().isZero(0) || !change.tail<3>().isZero(0);
-  return degrees_count && linear ? std::hypot(straight, angles.norm() / units::deg * unit) : straight;
+  return degrees_count && !has_only_angles(change) ? std::hypot(straight, angles.norm() / units::deg * unit) : straight;
 }
 
 namespace {
@@ -158,8 +161,7 @@ private:
     if (move.kind != MoveKind::arc) move.length = frame_.feed_length(change);
     position_ = move.to;
     if (!(move.length > 0.0)) return;
-    move.speed =
-        path_speed(move, move.kind != MoveKind::arc && change.head<3>().isZero(0) && change.tail<3>().isZero(0));
+    move.speed = path_speed(move, move.has_only_angles());
     if (move.speed > 0.0) require_time(move.length / move.speed, "a move");
     ++summary_.moves;
     ++(move.kind == MoveKind::traverse ? summary_.traverses

@@ -68,7 +68,13 @@ struct Move {
   int path_mode = 3;     ///< 1 exact stop, 2 exact path, 3 continuous
   double tolerance = 0;  ///< m, of continuous path; 0: none stated
   MoveState state;
+
+  /// Whether it is straight and moves neither X Y Z nor U V W.
+  bool has_only_angles() const;
 };
+
+/// Whether neither X Y Z nor U V W change.
+bool has_only_angles(const Nine& change);
 
 /// Length of a straight move: of X Y Z, else of U V W (m), else of A B C (rad).
 double straight_length(const Nine& change);

@@ -261,8 +261,9 @@ std::optional<std::string> PathRewriter::feed_word(const Source& source, const P
   Nine change = reached - at_;
   for (int i = 0; i < 9; ++i)
     if (!is_angle(i) && std::abs(change[i]) < 0.1 * half_step(frame) * frame.unit) change[i] = 0.0;
-  const auto is_linear = [](const Nine& of) { return !of.head<3>().isZero(0.0) || !of.tail<3>().isZero(0.0); };
-  const auto count = [&](const Nine& of) { return frame.feed_length(of) / (is_linear(of) ? frame.unit : units::deg); };
+  const auto count = [&](const Nine& of) {
+    return frame.feed_length(of) / (has_only_angles(of) ? units::deg : frame.unit);
+  };
   const double minutes = move.length / move.speed * (piece.end - piece.begin) / units::minute;
   const double length = count(change), feed = length / minutes;
   // LinuxCNC turns F of G93 into a feed rate of at least 0.1.
@@ -297,9 +298,7 @@ void PathRewriter::write_feed(ProgramLine& line, const Entry& entry, const Sourc
     const double share = piece.end - piece.begin;
     if (!piece.is_whole()) line.set('F', feed_number(move.speed / move.length * units::minute / share), behind);
   } else if (other_feed_ && source.frame.feed > 0.0) {
-    const Nine change = move.to - move.from;
-    const bool only_angles = move.kind != MoveKind::arc && change.head<3>().isZero(0.0) && change.tail<3>().isZero(0.0);
-    line.set('F', feed_number(only_angles ? source.frame.angular_feed : source.frame.feed), behind);
+    line.set('F', feed_number(move.has_only_angles() ? source.frame.angular_feed : source.frame.feed), behind);
     other_feed_ = source.frame.angular_feed != source.frame.feed;
   }
 }
