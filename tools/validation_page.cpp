@@ -11,6 +11,7 @@
 #include "core/quoted.h"
 #include "core/text.h"
 #include "tools/page.h"
+#include "tools/shell_command.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -46,13 +47,13 @@ std::string model_words(const ValidateOptions& options) {
 /// What makes the measured machines, as it was given.
 std::string machine_words(const ValidateOptions& options) {
   const ValidateOptions usual;
-  std::string words;
-  for (const std::string& load : options.loads) words += " --load " + core::shell_word(load);
-  if (options.perturb != usual.perturb) words += " --perturb " + options.perturb;
-  if (options.size_factor != usual.size_factor) words += fmt::format(" --measured-size {:g}", options.size_factor);
-  if (options.coolant_rise) words += " --coolant";
-  if (!options.reference.empty()) words += " --truth " + core::shell_word(options.reference);
-  return words;
+  return ShellCommand("")
+      .texts("--load", options.loads)
+      .text("--perturb", options.perturb == usual.perturb ? "" : options.perturb)
+      .number("--measured-size", options.size_factor, usual.size_factor)
+      .flag("--coolant", options.coolant_rise)
+      .text("--truth", options.reference)
+      .words();
 }
 
 struct Study {

@@ -27,6 +27,7 @@
 #include "study/placement/sensor_choice.h"
 #include "tools/chain.h"
 #include "tools/page.h"
+#include "tools/shell_command.h"
 #include "tools/study/study.h"
 
 namespace thermotwin::tools {
@@ -251,26 +252,20 @@ std::string parts(const Choice& choice) {
 /// The same choice again.
 std::string command_of(const StudySensorsOptions& options, std::size_t count) {
   const StudySensorsOptions usual;
-  std::string words = fmt::format("thermotwin study sensors {} --count {}", core::shell_word(options.case_path), count);
-  const auto list = [&](const char* name, const std::vector<std::string>& values) {
-    for (const std::string& value : values) words += fmt::format(" {} {}", name, core::shell_word(value));
-  };
-  const auto number = [&](const char* name, double value, double otherwise) {
-    if (value != otherwise) words += fmt::format(" {} {:g}", name, value);
-  };
-  const auto flag = [&](const char* name, bool given) { words += given ? std::string(" ") + name : ""; };
-  list("--load", options.loads);
-  list("--body", options.bodies);
-  list("--without", options.without);
-  number("--spacing", options.spacing_mm, usual.spacing_mm);
-  number("--noise", options.noise_K, usual.noise_K);
-  number("--bias", options.bias_K, usual.bias_K);
-  number("--every", options.every_min, usual.every_min);
-  number("--exchanges", options.exchanges, usual.exchanges);
-  flag("--any-loss", options.any_loss);
-  flag("--on-contacts", options.on_contacts);
-  flag("--on-rotating", options.on_rotating);
-  return words + " --out " + core::shell_word(options.out);
+  return ShellCommand(fmt::format("thermotwin study sensors {} --count {}", core::shell_word(options.case_path), count))
+      .texts("--load", options.loads)
+      .texts("--body", options.bodies)
+      .texts("--without", options.without)
+      .number("--spacing", options.spacing_mm, usual.spacing_mm)
+      .number("--noise", options.noise_K, usual.noise_K)
+      .number("--bias", options.bias_K, usual.bias_K)
+      .number("--every", options.every_min, usual.every_min)
+      .number("--exchanges", options.exchanges, usual.exchanges)
+      .flag("--any-loss", options.any_loss)
+      .flag("--on-contacts", options.on_contacts)
+      .flag("--on-rotating", options.on_rotating)
+      .text("--out", options.out)
+      .words();
 }
 
 std::string page_of(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const Choice& choice,

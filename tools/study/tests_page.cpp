@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "study/tests/stated_parameters.h"
 #include "tools/page.h"
+#include "tools/shell_command.h"
 
 namespace thermotwin::tools {
 
@@ -26,35 +27,29 @@ namespace {
 /// The same choice again.
 std::string command_of(const StudyTestsOptions& options) {
   const StudyTestsOptions usual;
-  std::string words = "thermotwin study tests " + core::shell_word(options.case_path);
-  const auto list = [&](const char* name, const std::vector<std::string>& values) {
-    for (const std::string& value : values) words += fmt::format(" {} {}", name, core::shell_word(value));
-  };
-  const auto number = [&](const char* name, double value, double otherwise) {
-    if (value != otherwise) words += fmt::format(" {} {:g}", name, value);
-  };
-  const auto flag = [&](const char* name, bool given) { words += given ? std::string(" ") + name : ""; };
-  if (!options.model.empty()) words += " --model " + core::shell_word(options.model);
-  words += fmt::format(" --hours {:g}", options.hours);
-  number("--leave", options.leave_um, usual.leave_um);
-  number("--block", options.block_min, usual.block_min);
-  number("--interval", options.interval_min, usual.interval_min);
-  list("--program", options.programs);
-  flag("--no-programs", options.no_programs);
-  flag("--no-standard", options.no_standard);
-  flag("--chamber", options.chamber);
-  list("--load", options.loads);
-  list("--parameter", options.parameters);
-  number("--every", options.every_min, usual.every_min);
-  number("--bias", options.bias_K, usual.bias_K);
-  number("--probe-every", options.probe_every_min, usual.probe_every_min);
-  number("--probe-std", options.probe_um, usual.probe_um);
-  if (!options.probe_pose.empty()) words += " --probe-pose " + core::shell_word(options.probe_pose);
-  flag("--no-probe", options.no_probe);
-  number("--exchanges", options.exchanges, usual.exchanges);
-  number("--orders", options.orders, usual.orders);
-  if (options.seed != usual.seed) words += fmt::format(" --seed {}", options.seed);
-  return words + " --out " + core::shell_word(options.out);
+  return ShellCommand("thermotwin study tests " + core::shell_word(options.case_path))
+      .text("--model", options.model)
+      .text("--hours", fmt::format("{}", options.hours))
+      .number("--leave", options.leave_um, usual.leave_um)
+      .number("--block", options.block_min, usual.block_min)
+      .number("--interval", options.interval_min, usual.interval_min)
+      .texts("--program", options.programs)
+      .flag("--no-programs", options.no_programs)
+      .flag("--no-standard", options.no_standard)
+      .flag("--chamber", options.chamber)
+      .texts("--load", options.loads)
+      .texts("--parameter", options.parameters)
+      .number("--every", options.every_min, usual.every_min)
+      .number("--bias", options.bias_K, usual.bias_K)
+      .number("--probe-every", options.probe_every_min, usual.probe_every_min)
+      .number("--probe-std", options.probe_um, usual.probe_um)
+      .text("--probe-pose", options.probe_pose)
+      .flag("--no-probe", options.no_probe)
+      .number("--exchanges", options.exchanges, usual.exchanges)
+      .number("--orders", options.orders, usual.orders)
+      .number("--seed", options.seed, usual.seed)
+      .text("--out", options.out)
+      .words();
 }
 
 constexpr std::size_t told_at_most = 3;
