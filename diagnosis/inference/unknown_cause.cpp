@@ -67,10 +67,6 @@ void add(Block& sum, const Block& other, double sign = 1.0) {
   sum.log_determinant += sign * other.log_determinant;
 }
 
-}  // namespace
-
-namespace {
-
 /// All channels, those of one sort, single ones: each of the three counts the same.
 /// @param groups  receives the number of those before the single ones
 std::vector<std::vector<std::size_t>> scopes_of(const std::vector<ObservedChannel>& observed, std::size_t& groups) {

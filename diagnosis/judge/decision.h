@@ -43,7 +43,8 @@ void rank_anew(const Problem& problem, const SearchResult& found, Diagnosis& out
 ///   deviations; empty: none is
 std::string uncertain_size(const Diagnosis& diagnosis);
 
-/// @return why a named cause does not explain: its estimate is the largest value that is looked for; empty: none is
+/// @return why a named cause does not explain: its estimate is the largest value that is looked for, or a
+///   film's is almost 0; empty: none is
 /// @param switched  ids of films that a state switches off: fluid that does not flow transfers no heat
 std::string at_bound(const Diagnosis& diagnosis, const std::set<std::string>& switched = {});
 

@@ -218,9 +218,9 @@ std::string residual_words(const Estimates& estimates, double std) {
 std::string misfit_words(const metrology::ResidualTest& test) {
   if (!test.exceeds) return "";
   return fmt::format(
-      "residuals are {:.3g} times the stated uncertainties of the probes ({} degrees of freedom; by chance in less "
-      "than "
-      "0.1 %): a probe is off, quantities are missing, or std_um is too small, so U is too small\n",
+      "residuals are {:.3g} times the stated uncertainties of the probes ({} degrees of freedom; "
+      "by chance in less than 0.1 %): a probe is off, quantities are missing, or std_um is too small, so U is too "
+      "small\n",
       test.ratio, test.degrees);
 }
 

@@ -83,13 +83,16 @@ MatrixXd translation_rows(const reduction::ReducedModel& model, const std::vecto
   return rows;
 }
 
+bool has_linear_axis(const mesh::Machine& machine) {
+  return std::any_of(machine.axes.begin(), machine.axes.end(),
+                     [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; });
+}
+
 /// Offsets remove an error only in directions that a linear axis moves: rows of 3 a pose keep that part. A machine
 /// without linear axes keeps all.
 class Reach {
 public:
-  Reach(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) {
-    moves_ = std::any_of(machine.axes.begin(), machine.axes.end(),
-                         [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; });
+  Reach(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) : moves_(has_linear_axis(machine)) {
     for (const mesh::Pose& pose : poses) reaches_.emplace_back(machine, pose);
   }
 
@@ -328,10 +331,15 @@ std::string directions(const Reach& reach) {
 
 /// The filter corrects at stored rows only. @param used  time of the first correction, s
 void warn_of_rows(const solver::LoadProgram& load, double every_s, double used) {
-  if (std::abs(used - every_s) > 0.01 * every_s)
+  if (std::abs(used - every_s) <= 0.01 * every_s) return;
+  if (every_s > load.duration()) {
+    core::warn(fmt::format("--every {:.4g}: '{}' lasts {:.4g} min, so the filter corrects once, at its end",
+                           every_s / core::units::minute, load.name(), load.duration() / core::units::minute));
+  } else {
     core::warn(fmt::format("--every {:.4g}: '{}' has a row every {:.4g} min, so the filter corrects every {:.4g} min",
                            every_s / core::units::minute, load.name(), load.output_interval() / core::units::minute,
                            used / core::units::minute));
+  }
 }
 
 Choice choose(const StudySensorsOptions& options, const solver::Case& machine_case, const solver::FullModel& full,
@@ -402,9 +410,7 @@ void require_confirmable(const solver::Case& machine_case) {
     throw core::InputError((machine_case.folder / "case.toml").string(), "no check points, which --confirm compares at",
                            "[check_points] with poses, or no --confirm");
   }
-  const std::vector<mesh::Axis>& axes = machine_case.machine.axes;
-  if (std::none_of(axes.begin(), axes.end(),
-                   [](const mesh::Axis& axis) { return axis.kind == mesh::AxisKind::linear; })) {
+  if (!has_linear_axis(machine_case.machine)) {
     throw core::InputError(machine_case.machine.path.string(), "no linear axis, whose offsets --confirm judges",
                            "a machine with a linear axis, or no --confirm");
   }
