@@ -282,19 +282,6 @@ TEST(Tutorial, TheMillOfTheCasesIsWhatItsPagesWrite) {
   }
 }
 
-/// Lines of a page outside of its code blocks.
-std::vector<std::string> prose_lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream all(text);
-  bool code = false;
-  for (std::string line; std::getline(all, line);) {
-    const bool fence = line.find("```") == line.find_first_not_of(' ') && line.find("```") != std::string::npos;
-    if (fence) code = !code;
-    if (!fence && !code) lines.push_back(line);
-  }
-  return lines;
-}
-
 /// The anchor that a heading gets on the web: small letters, digits, - and _, a blank becomes -.
 std::string anchor_of(const std::string& heading) {
   const std::string words = std::regex_replace(heading, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
@@ -359,30 +346,6 @@ TEST(VerbReference, HasARowForEachOption) {
       EXPECT_TRUE((own + common).find("`" + option + "`") != std::string::npos) << verb << " " << option;
     }
   }
-}
-
-// A figure without the commit that measured it cannot be repeated.
-TEST(Results, EachSectionWithATableNamesItsCommit) {
-  static const std::regex row(R"(\| (.*) \| (.*\b[0-9a-f]{7}\b.*|every run of the tests) \| .*\|)");
-  int tables = 0;
-  for (const fs::path& page : files_with(".md")) {
-    if (page.parent_path() != "docs/results" || page.filename() == "README.md") continue;
-    std::string heading;
-    std::set<std::string> with_table, with_commit;
-    for (const std::string& line : prose_lines(read(source_tree() / page))) {
-      std::smatch cells;
-      if (line.starts_with("#")) {
-        heading = line.substr(line.find(' ') + 1);
-      } else if (line.starts_with("|") && heading != "Commits") {
-        with_table.insert(heading);
-      } else if (std::regex_match(line, cells, row)) {
-        with_commit.insert(cells[1]);
-      }
-    }
-    EXPECT_EQ(with_commit, with_table) << page;
-    tables += static_cast<int>(with_table.size());
-  }
-  EXPECT_GT(tables, 50);
 }
 
 TEST(DocumentationReader, JoinsLinesAndFindsCalls) {

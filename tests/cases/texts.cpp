@@ -214,6 +214,18 @@ std::vector<CodeBlock> code_blocks_of(const std::string& markdown) {
   return blocks;
 }
 
+std::vector<std::string> prose_lines(const std::string& markdown) {
+  std::vector<std::string> lines;
+  std::istringstream all(markdown);
+  bool code = false;
+  for (std::string line; std::getline(all, line);) {
+    const bool fence = line.find("```") == line.find_first_not_of(' ') && line.find("```") != std::string::npos;
+    if (fence) code = !code;
+    if (!fence && !code) lines.push_back(line);
+  }
+  return lines;
+}
+
 namespace {
 
 /// @param text  up to a point

@@ -53,6 +53,9 @@ std::vector<Passage> paragraphs_of(const std::string& markdown, const std::strin
 
 std::vector<CodeBlock> code_blocks_of(const std::string& markdown);
 
+/// Lines of a page outside of its code blocks.
+std::vector<std::string> prose_lines(const std::string& markdown);
+
 /// Sentences as ranges [begin, end) of the text.
 std::vector<std::pair<std::size_t, std::size_t>> sentences_of(const std::string& text);
 
