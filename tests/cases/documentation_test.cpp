@@ -2,7 +2,7 @@
 // Commands, links and commits of the documentation. A page's blocks run in a folder of their own that holds cases and
 // tests/cases/toy, with the built program as thermotwin. A block of ```sh runs as it stands. A command of ```sh long
 // runs on the toy machine if it names nothing else of a case. The others, and those of ```sh parse, have verbs,
-// options and paths that exist.
+// options and paths that exist. A block of ```text right after one of ```sh shows what its commands said.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "tests/cases/help.h"
+#include "tests/cases/shown_output.h"
 #include "tests/cases/texts.h"
 #include "tests/cases/toy.h"
 
@@ -178,9 +179,13 @@ public:
 
   fs::path path() const { return folder_ / "reader"; }
 
-  /// @return what the commands said where they failed
-  std::string run(const std::vector<std::string>& commands) const {
-    const fs::path script = folder_ / "script.sh", log = folder_ / "log.txt";
+  struct Ran {
+    std::string failure;  ///< what the commands said where they failed
+    std::string said;     ///< standard output, then what else they said
+  };
+
+  Ran run(const std::vector<std::string>& commands) const {
+    const fs::path script = folder_ / "script.sh", out = folder_ / "out.txt", log = folder_ / "log.txt";
     std::ofstream text(script);
     text << "set -eo pipefail\n";
     for (const std::string& command : commands) text << command << "\n";
@@ -188,11 +193,13 @@ public:
     const std::string bin = (folder_ / "bin").string(),
                       call = "cd '" + path().string() + "' && env -u DISPLAY -u THERMOTWIN_DATA PATH='" + bin +
                              "':\"$PATH\" timeout " + std::to_string(patience_s) + " bash '" + script.string() +
-                             "' >'" + log.string() + "' 2>&1 </dev/null";
-    if (std::system(call.c_str()) == 0) return "";
-    const std::string said = read(log);
+                             "' >'" + out.string() + "' 2>'" + log.string() + "' </dev/null";
+    const bool failed = std::system(call.c_str()) != 0;
+    const std::string said = read(out) + "\n" + read(log);
+    if (!failed) return {"", said};
     constexpr std::size_t most = 2000;
-    return said.empty() ? "it failed and said nothing" : said.substr(said.size() > most ? said.size() - most : 0);
+    return {said == "\n" ? "it failed and said nothing" : said.substr(said.size() > most ? said.size() - most : 0),
+            said};
   }
 
 private:
@@ -221,9 +228,14 @@ class Documentation : public testing::TestWithParam<std::string> {};
 TEST_P(Documentation, CommandsWork) {
   std::optional<ReadersFolder> made;  // most pages run nothing
   const auto folder = [&]() -> const ReadersFolder& { return made ? *made : made.emplace(); };
+  std::optional<std::string> said;  // by the block before
   for (const CodeBlock& block : code_blocks_of(read(source_tree() / GetParam()))) {
     const std::string place = GetParam() + ":" + std::to_string(block.line);
     EXPECT_FALSE(hides_commands(block)) << place << ": commands stand in blocks of ```sh, ```sh long or ```sh parse";
+    if (block.info == "text" && said) {
+      EXPECT_EQ(missing_in(block.lines, *said), "") << place << ", of\n" << *said;
+    }
+    said.reset();
     if (!block.info.starts_with("sh")) continue;
     EXPECT_TRUE(block.info == "sh" || block.info == "sh long" || block.info == "sh parse")
         << place << ": " << block.info;
@@ -231,12 +243,14 @@ TEST_P(Documentation, CommandsWork) {
     for (const std::string& command : commands) EXPECT_EQ(fault_of(command), "") << place << ": " << command;
     if (HasFailure()) continue;
     if (block.info == "sh") {
-      EXPECT_EQ(folder().run(commands), "") << place;
+      ReadersFolder::Ran ran = folder().run(commands);
+      EXPECT_EQ(ran.failure, "") << place;
+      said = std::move(ran.said);
     } else if (block.info == "sh long") {
       for (const std::string& command : commands) {
         const std::string small = on_toy(command, made ? made->path() : source_tree());
         if (small.empty()) continue;
-        EXPECT_EQ(folder().run({small}), "") << place << ": " << small;
+        EXPECT_EQ(folder().run({small}).failure, "") << place << ": " << small;
       }
     }
   }
@@ -353,6 +367,19 @@ TEST(DocumentationReader, JoinsLinesAndFindsCalls) {
   EXPECT_EQ(commands_of(block), (std::vector<std::string>{"thermotwin mesh cases/vmc5  --size 2 | tee log", "ls"}));
   EXPECT_EQ(calls_in("X=1 build/thermotwin mesh 'a b' && thermotwin run | cat"),
             (std::vector<Words>{{"mesh", "a b"}, {"run"}}));
+}
+
+TEST(DocumentationReader, FindsWhatAPageShowsInWhatACommandSaid) {
+  const std::string said =
+      "mesh  9 bodies; 1 s\nRMS 35.5 um -> 1.6 um (88 %, interval 85 to 89).\n| T1 | 7 | 96.7 | 94.4 |\n";
+  EXPECT_EQ(missing_in({"mesh 9 bodies; 8 s"}, said), "");
+  EXPECT_EQ(missing_in({"RMS 35.4 um ->", "1.61 um (88 %,", "...", "| T1 | ... | 94.4 |"}, said), "");
+  EXPECT_EQ(missing_in({"...", "interval 84 to 89)."}, said), "");
+  EXPECT_EQ(missing_in({"RMS 35.5 um -> 1.7 um (88 %,"}, said), "");
+  EXPECT_EQ(missing_in({"RMS 35.5 um -> 1.71 um (88 %,"}, said), "after RMS 35.5 um ->: shown '1.71', said '1.6'");
+  EXPECT_EQ(missing_in({"interval 81 to 89)."}, said), "after interval: shown '81', said '85'");
+  EXPECT_EQ(missing_in({"mesh 9 pieces"}, said), "after mesh 9: shown 'pieces', said 'bodies;'");
+  EXPECT_EQ(missing_in({"interval", "...", "mesh"}, said), "after: shown 'mesh', said 'nothing'");
 }
 
 TEST(DocumentationReader, RefusesWhatTheProgramDoesNotKnow) {
