@@ -211,8 +211,10 @@ const KeyTable screw{
         key::word("bearings", {"fixed_free", "fixed_supported", "fixed_fixed"}, "fixed_free",
                   "How its ends are held; fixed_fixed: stretched, it pulls at both bearings."),
         key::point("far_bearing_mm", "mm", Absent{"not fixed_fixed"}, "The other bearing of a stretched screw."),
-        key::number("pretension_N", "N", {0.0, 1e7}, Absent{"not fixed_fixed"},
-                    "Tension at the reference temperature."),
+        key::number(
+            "pretension_N", "N", {0.0, 1e7}, Absent{"not fixed_fixed"},
+            "Tension at the reference temperature; the linear model only warns of a slack screw by it, so it takes "
+            "no std_percent."),
         key::number("bearing_stiffness_N_um", "N/um", {0.0, 1e6}, 0.0,
                     "Axial stiffness of each bearing of a stretched screw; 0: rigid."),
     }};

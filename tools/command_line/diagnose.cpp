@@ -25,9 +25,10 @@ void add_diagnose(CLI::App& app) {
       ->required()
       ->allow_extra_args(false);
   verb->add_option("--model", diagnose.model, "Reduced model model.rom.h5 (default: made from the case).");
-  verb->add_option("--accept", diagnose.accept,
-                   "New folder for a copy of the case with the extended machine; prints its diagnosis and its gain in "
-                   "compensation.");
+  verb->add_option(
+      "--accept", diagnose.accept,
+      "New folder for a copy of the case with the extended machine; prints the diagnosis of the same record "
+      "with it, and its gain in compensation on this record.");
   const auto add_error = [&](const std::string& name, std::optional<double>& percent, double otherwise,
                              const std::string& of) {
     verb->add_option(
