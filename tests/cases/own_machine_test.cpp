@@ -246,6 +246,22 @@ TEST(OwnMachine, TheAreaOfABoxThatDependsOnTheMeshStandsBesideTheDrawnOne) {
   EXPECT_SAYS(own.run({"mesh", own.path()}).out, "cut at its box cm2");
 }
 
+// Centres of triangles on the narrow sides lie within the rule's tolerance of 0.5 mm.
+TEST(OwnMachine, APlaneOfAThinStripHasItsFaceAlone) {
+  const OwnCase own(body_text("strip", 5, "elastic = false") + R"(
+[[surface]]
+id = "bottom"
+body = "strip"
+rule = {plane_point_mm = [0, 0, 0], plane_normal = [0, 0, 1]}
+)");
+  own.blocks("strip", {{{0, 0, 0}, {200, 10, 3}}});
+  for (const char* size : {"1", "0.5", "0.25"}) {
+    const Result result = own.run({"mesh", own.path(), "--size", size, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_NEAR(nlohmann::json::parse(result.out)["surfaces"][0]["area_m2"].get<double>(), 20e-4, 1e-9) << size;
+  }
+}
+
 TEST(OwnMachine, AToolBesideTheMiddleOfItsSurfaceIsWarnedOf) {
   const core::TemporaryFolder folder;
   const std::filesystem::path mill = folder / "mill";

@@ -246,6 +246,11 @@ TEST(Words, SentencesOfPagesAreShort) {
   expect_none(prose, long_sentences_in);
 }
 
+TEST(Words, TheFrontPageIsShort) {
+  const std::string page = read(source_tree() / "README.md");
+  EXPECT_LE(std::count(page.begin(), page.end(), '\n'), 120);
+}
+
 // A page that is longer is two pages. Tables of a reference are looked up, and the changelog is history.
 TEST(Words, PagesAreShort) {
   constexpr int most = 1500;
