@@ -123,7 +123,13 @@ protected:
             {"diagnose",
              {"diagnose", toy_case().string(), "--data", (toy_run() / "measurement").string(), "--model", model,
               "--out", out}},
-            {"reduce", {"reduce", toy_case().string(), "--size", "0.7", "--out", out}}};
+            {"reduce", {"reduce", toy_case().string(), "--size", "0.7", "--out", out}},
+            {"evaluate",
+             {"evaluate", toy_case().string(), "--data", (toy_run() / "measurement").string(), "--model", model,
+              "--length-study", "output_error", "dx@1", "--out", out}},
+            {"validate", {"validate", toy_case().string(), "--model", model, "--draws", "20", "--out", out}},
+            {"simulate", {"simulate", toy_case().string(), "--load", "mixed", "--size", "0.3", "--out", out}},
+            {"export", {"export", toy_case().string(), "--matrices", "--size", "0.25", "--out", out}}};
   }
   const core::TemporaryFolder folder_;
 };
@@ -143,7 +149,7 @@ TEST_P(InterruptAnywhere, EndsWithinTwoSeconds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Verbs, InterruptAnywhere,
-                         testing::Combine(testing::Range(0, 4), testing::Values(SIGINT, SIGTERM)));
+                         testing::Combine(testing::Range(0, 8), testing::Values(SIGINT, SIGTERM)));
 
 // A killed program cannot tidy up; the next one does, and leaves alone what another writes meanwhile.
 TEST(Interrupt, PartsOfKilledProgramsGo) {
@@ -165,6 +171,26 @@ TEST(Interrupt, PartsOfKilledProgramsGo) {
   EXPECT_FALSE(fs::exists(toy.result("cache/bed." + dead + ".mesh")));
   EXPECT_FALSE(fs::exists(toy.result("campaign/ambient/" + dead)));
   EXPECT_TRUE(fs::exists(toy.result("cache/bed." + alive + ".mesh"))) << "another program writes it";
+}
+
+// A campaign of other loads does not know whether the checkpoint will be asked for; the next run of its load does.
+TEST(Interrupt, ACheckpointOfAKilledLoadStaysUntilThisLoadRuns) {
+  const Toy toy;
+  toy.edit("loads/mixed.toml", "time_step_s = 120", "time_step_s = 15");
+  const fs::path checkpoint = toy.result("campaign/checkpoint_mixed.bin");
+  Program killed({"campaign", toy.path(), "--load", "mixed", "--checkpoint-every", "0", "--out", toy.out()});
+  while (!fs::exists(checkpoint) && killed.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  killed.send(SIGKILL);
+  EXPECT_EQ(killed.wait().status, -SIGKILL);
+  const std::string kept = read(checkpoint);
+  ASSERT_FALSE(kept.empty());
+
+  ASSERT_EQ(toy.run({"campaign", toy.path(), "--load", "ambient"}).status, 0);
+  EXPECT_TRUE(fs::exists(toy.result("campaign/ambient/done")));
+  EXPECT_EQ(read(checkpoint), kept);
+  ASSERT_EQ(toy.run({"campaign", toy.path(), "--load", "mixed"}).status, 0);
+  EXPECT_FALSE(fs::exists(checkpoint));
+  for (const auto& [file, bytes] : files_in(toy.result("campaign"))) EXPECT_FALSE(is_checkpoint(file)) << file;
 }
 
 // OpenBLAS waits for memory without end, at exit too.
