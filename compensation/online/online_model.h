@@ -32,7 +32,7 @@ struct Offsets {
   Eigen::VectorXd std_um;     ///< (linear axes) one standard deviation, with the part that the guard holds back
   Eigen::VectorXd before_um;  ///< (linear axes) offsets in effect until this row; 0 after a start
   Status status = Status::ok;
-  /// "T3=stuck T5=absent T8=drift T9=kelvin" where the status is sensor_failed; such sensors are left out.
+  /// "T3=stuck T5=absent T9=kelvin": sensors left out, named where the status is sensor_failed or input_missing.
   std::string failed_sensors;
   /// "air.T_C=kelvin": implausible temperatures among the inputs, which are not used; the status is input_missing.
   std::string failed_inputs;

@@ -56,8 +56,8 @@ public:
     const Status status = row_status(reader, offsets.status);
     const std::size_t begin = text_.size();
     add(FMT_COMPILE("{}"), status_text(status));
-    if (status == Status::sensor_failed) names(offsets.failed_sensors);
     if (status == Status::input_missing) names(offsets.failed_inputs);
+    if (status == Status::input_missing || status == Status::sensor_failed) names(offsets.failed_sensors);
     names(reader.unreadable());
     status_.assign(text_.data() + begin, text_.size() - begin);
     if (options_.line) {

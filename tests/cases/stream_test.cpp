@@ -427,6 +427,9 @@ TEST(Stream, TemperaturesThatCannotBeAreNamedAndLeftOut) {
   }
   const Answers air = answers(thermotwin({"compensate", toy_model()}, "time_s,air.T_C\n0,293.15\n60,20\n").out);
   EXPECT_EQ(air.status, (std::vector<std::string>{"input_missing air.T_C=kelvin", "no_sensors"}));
+  const std::string all_kelvin = "time_s,air.T_C,T1_C,T2_C\n0,293.15,293.15,293.15\n60,20,293.15,20\n";
+  EXPECT_EQ(answers(thermotwin({"compensate", toy_model()}, all_kelvin).out).status,
+            (std::vector<std::string>{"input_missing air.T_C=kelvin T1=kelvin T2=kelvin", "sensor_failed T1=kelvin"}));
 }
 
 TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
