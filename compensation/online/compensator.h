@@ -76,6 +76,8 @@ struct StreamOptions {
   std::function<std::string(const Offsets&, std::string_view)> line;
   /// Receive notes on missing columns, and on the first ten unreadable cells.
   std::function<void(const std::string&)> log = core::log_line, warn = core::warn;
+  /// Receives notes on missing values: a cell of nan, a channel without a value.
+  std::function<void(const std::string&)> lack = core::warn;
   void validate() const;  ///< @throws InputError
 };
 

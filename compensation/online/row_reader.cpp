@@ -26,6 +26,8 @@ using core::trimmed;
 
 /// No quantity of a machine is larger in its unit; what is would make every later state infinite.
 constexpr double largest = 1e10;
+/// A channel or sensor without a value for longer is missing (tt_model::correction_s, absent_s of sensor_monitor.c).
+constexpr double longest_blank_s = 300.0;
 
 std::string cells(std::ptrdiff_t count) { return fmt::format("{} cell{}", count, count == 1 ? "" : "s"); }
 
@@ -106,7 +108,41 @@ bool RowReader::next() {
          fmt::format("rows at most {} s apart; restart the program after a longer break", longest_gap_s));
   }
   last_time_ = time_;
+  follow_values();
   return true;
+}
+
+void RowReader::follow_values() {
+  for (Column& column : columns_) {
+    const bool is_channel = column.target == Column::Target::channel;
+    if (!is_channel && column.target != Column::Target::sensor) continue;
+    if (!std::isnan((is_channel ? row_ : sensors_)[column.index])) {
+      column.given_at = time_;
+      column.lack_told = false;
+    } else if (column.is_nan && !column.nan_told && !std::isnan(column.given_at)) {
+      column.nan_told = true;
+      options_.lack(fmt::format("{}: {} is nan; this counts as a blank cell: {}", place(), column.name,
+                                !is_channel ? "the sensor is not used, and after 300 s it is named absent"
+                                : column.has_default
+                                    ? "its last value holds, and after 300 s the status is input_missing"
+                                    : "the model's own law holds"));
+    }
+  }
+}
+
+void RowReader::tell_lacking() {
+  if (!readable_) return;
+  for (Column& column : columns_) {
+    if (column.target != Column::Target::channel || !column.has_default || column.lack_told) continue;
+    if (!std::isnan(row_[column.index]) || time_ - column.given_at <= longest_blank_s) continue;
+    column.lack_told = true;
+    options_.lack(
+        std::isnan(column.given_at)
+            ? fmt::format("{}: {} has had no value in these rows; the status is input_missing", place(), column.name)
+            : fmt::format("{}: {} has had no value for more than {:g} s; its last value holds with "
+                          "status input_missing",
+                          place(), column.name, longest_blank_s));
+  }
 }
 
 std::string RowReader::place() const { return fmt::format("{}:{}", name_, number_); }
@@ -219,8 +255,8 @@ void RowReader::read_header(std::string_view header, const solver::Channels& cha
       columns_.push_back({Column::Target::time, 0, column});
       has_time = true;
     } else if (const int index = channels.index(column); index >= 0) {
-      columns_.push_back(
-          {Column::Target::channel, index, column, channel_named(column).quantity == Quantity::state, limits[index]});
+      columns_.push_back({Column::Target::channel, index, column, channel_named(column).quantity == Quantity::state,
+                          limits[index], !std::isnan(channels.defaults()[index])});
     } else if (column.size() > 2 && column.ends_with("_C") &&
                machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
       columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});
@@ -269,7 +305,8 @@ void RowReader::tell_absent(const std::vector<std::string>& columns, const solve
   }
 }
 
-double RowReader::number(std::string_view cell, const Column& column) {
+double RowReader::number(std::string_view cell, Column& column) {
+  column.is_nan = false;
   if (!cell.empty() && (cell.front() <= ' ' || cell.back() <= ' ')) cell = trimmed(cell);
   if (cell.empty()) {
     if (column.target == Column::Target::time) time_blank_ = true;
@@ -282,7 +319,8 @@ double RowReader::number(std::string_view cell, const Column& column) {
   const bool tiny = end == last && error == std::errc::result_out_of_range && cell.find("e-") != std::string_view::npos;
   if (tiny) value = 0.0;
   if (tiny || (end == last && error == std::errc() && !(std::abs(value) > largest))) {
-    if (std::isnan(value) && column.target == Column::Target::time) time_blank_ = true;
+    column.is_nan = std::isnan(value);
+    if (column.is_nan && column.target == Column::Target::time) time_blank_ = true;
     if (column.can_be(value)) return value;
     leave_out(column, refuse(value, column));
   } else {

@@ -40,6 +40,9 @@ public:
   bool input_unreadable() const { return input_unreadable_; }
   /// Channels without a column that have a default value.
   const std::vector<Eigen::Index>& absent() const { return absent_; }
+  /// Logs each channel of the row that has had no value for so long that its status is input_missing; once until it has
+  /// one again.
+  void tell_lacking();
   /// File and line of the row, for messages.
   std::string place() const;
   bool names_machine() const { return names_machine_; }
@@ -58,6 +61,10 @@ private:
     std::string name;
     bool state = false;  ///< a state: 0 off, 1 on, between them a share of time
     InputLimits limits = {};
+    bool has_default = false;         ///< of a channel
+    double given_at = core::missing;  ///< s, last row with a value
+    bool is_nan = false;              ///< nan stands in the cell of this row
+    bool nan_told = false, lack_told = false;
 
     /// Whether the machine can have the value. NaN, a missing value, is allowed.
     bool can_be(double value) const;
@@ -85,7 +92,10 @@ private:
   /// Logs a warning if there is only one sensor, because no other sensor can check it.
   void tell_single_sensor();
 
-  double number(std::string_view cell, const Column& column);
+  /// Keeps when the columns had values, and logs the first nan of one that had numbers.
+  void follow_values();
+
+  double number(std::string_view cell, Column& column);
 
   /// Notes a value that the machine cannot have. @return its word for the status, such as beyond_12000
   std::string refuse(double value, const Column& column);

@@ -210,7 +210,9 @@ StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine
   constexpr long between_checks = 4096;
   Answers answers(model, options);
   while (reader.next()) {
-    count_status(writer.row(answers.step(reader), reader), summary);
+    const Offsets& offsets = answers.step(reader);
+    if (offsets.status == Status::input_missing) reader.tell_lacking();
+    count_status(writer.row(offsets, reader), summary);
     ++summary.rows;
     summary.unreadable += !reader.unreadable().empty();
     if (reader.readable()) {

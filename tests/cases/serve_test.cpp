@@ -311,6 +311,20 @@ TEST_F(Serve, AnUnreadableCellIsNamed) {
   EXPECT_SAYS(result.err, "'fast'");
 }
 
+TEST_F(Serve, ANanIsNamedAndHasAStatusAfterFiveMinutes) {
+  std::string rows = header + row(0);
+  for (int minute = 1; minute <= 7; ++minute) rows += fmt::format("{},nan,10,20.5,20.5,20.4,20.3,20.6\n", 60 * minute);
+  const Result result = thermotwin(arguments(), rows + row(480));
+  EXPECT_EQ(result.status, 0) << result.err;
+  const std::vector<Served> answers = all_served(result.out);
+  ASSERT_EQ(answers.size(), 9U) << result.out;
+  EXPECT_EQ(answers[5].status.find("input_missing"), std::string::npos);
+  EXPECT_SAYS(answers[6].status, "input_missing");
+  EXPECT_EQ(answers[8].status.find("input_missing"), std::string::npos);
+  EXPECT_SAYS(result.err, "spindle.speed_rpm is nan; this counts as a blank cell");
+  EXPECT_SAYS(result.err, "spindle.speed_rpm has had no value for more than 300 s");
+}
+
 TEST_F(Serve, ALineThatIsTooLongEndsNothing) {
   const Result result = thermotwin(arguments(), header + row(0) + std::string(300000, '7') + "\n" + row(60));
   EXPECT_EQ(result.status, 0) << result.err;

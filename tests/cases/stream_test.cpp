@@ -455,6 +455,41 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   EXPECT_EQ(read(toy.file("offsets.csv")), result.out);
 }
 
+// A failed reading is named at once; a row that says nothing new is not.
+TEST(Stream, NanIsABlankCellWithAMessage) {
+  const auto run = [](const std::string& missing) {
+    std::string rows = "time_s,spindle.speed_rpm,air.T_C,T1_C,T2_C\n0,6000,20,20,20\n";
+    for (int minute = 1; minute <= 12; ++minute)
+      rows += fmt::format("{},{},20,20,{}\n", 60 * minute, minute < 8 ? missing : "6000", minute < 8 ? missing : "20");
+    return thermotwin({"compensate", toy_model()}, rows);
+  };
+  const Result nan = run("nan"), blank = run("");
+  EXPECT_EQ(nan.status, 0);
+  EXPECT_EQ(nan.out, blank.out);
+  const Answers all = answers(nan.out);
+  ASSERT_EQ(all.status.size(), 13U);
+  EXPECT_EQ(all.status[5].find("input_missing"), std::string::npos) << "300 s";
+  EXPECT_EQ(all.status[6], "input_missing");
+  EXPECT_EQ(all.status[7], "input_missing");
+  EXPECT_EQ(all.status[8].find("input_missing"), std::string::npos);
+  for (const char* words : {"warning: standard input:3: spindle.speed_rpm is nan; this counts as a blank cell",
+                            "warning: standard input:3: T2_C is nan", "after 300 s it is named absent"}) {
+    EXPECT_SAYS(nan.err, words);
+    EXPECT_EQ(nan.err.find(words), nan.err.rfind(words)) << "said once";
+    EXPECT_EQ(blank.err.find(words), std::string::npos);
+  }
+  for (const Result* one : {&nan, &blank}) {
+    const std::string words =
+        "standard input:8: spindle.speed_rpm has had no value for more than 300 s; its last value holds";
+    EXPECT_SAYS(one->err, words);
+    EXPECT_EQ(one->err.find(words), one->err.rfind(words)) << "said once";
+  }
+  const Result never = thermotwin({"compensate", toy_model()}, "time_s,spindle.speed_rpm\n0,nan\n60,\n120,inf\n");
+  EXPECT_SAYS(never.err, "standard input:2: spindle.speed_rpm has had no value in these rows");
+  EXPECT_EQ(answers(never.out).status,
+            (std::vector<std::string>{"input_missing", "input_missing", "input_missing spindle.speed_rpm=unreadable"}));
+}
+
 TEST(Stream, ASpeedBeyondTheSpindleIsMissing) {
   const std::string rows = header + "0,6000,10,20\n60,15000,10,20\n120,-6000,10,20\n180,6000,500,20\n";
   const Toy toy;

@@ -12,7 +12,11 @@ void add_compensate(CLI::App& app) {
       add_verb(app, "compensate", "Streams rows of a control's channels in and axis offsets out, row by row.",
                "thermotwin compensate out/model.rom.h5 --in rows.csv --out offsets.csv", options, &tools::compensate);
   verb->add_option("MODEL", compensate.model, "Reduced model model.rom.h5.")->required();
-  verb->add_option("--in", compensate.in, "CSV file of rows, or - for standard input.")->capture_default_str();
+  verb->add_option(
+          "--in", compensate.in,
+          "CSV file of rows, or - for standard input. A blank cell or nan is a missing value: the last value of the "
+          "channel holds, and after 300 s the status is input_missing. inf is unreadable.")
+      ->capture_default_str();
   verb->get_option("--out")->description("CSV file of offsets, or - for standard output.")->group("Options");
   verb->add_flag("--no-sensors", compensate.no_sensors, "Ignore the temperature sensors.");
   verb->add_option("--step", compensate.step_s, "Longest step of the thermal state, s.")

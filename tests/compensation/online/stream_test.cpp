@@ -26,7 +26,7 @@ const reduction::ReducedModel& nominal() {
 StreamOptions quiet(bool strict = false) {
   StreamOptions options;
   options.strict = strict;
-  options.log = options.warn = [](const std::string&) {};
+  options.log = options.warn = options.lack = [](const std::string&) {};
   return options;
 }
 
