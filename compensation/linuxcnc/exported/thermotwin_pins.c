@@ -7,8 +7,8 @@
  * Inputs: a pin for each channel of the model, in the channel's unit; positions of linear axes in the machine's unit.
  * A float pin that nothing is linked to is not given. Feeds follow from the positions. A pin for each temperature
  * sensor, degC. Outputs: offset-X-um and so on, and their standard deviations;
- * heartbeat, which changes with every valid answer; status (twin.h), model-is-up, restarts, and the time from reading
- * the inputs to setting the offsets. */
+ * heartbeat, which changes with every valid answer; status (twin.h), fault (model_rows.h), model-is-up, restarts, and
+ * the time from reading the inputs to setting the offsets. */
 #define _POSIX_C_SOURCE 200809L
 #include <hal.h>
 #include <math.h>
@@ -27,7 +27,7 @@ typedef struct all_pins {
   hal_float_t *value[TT_CHANNELS], *sensor_C[TT_SENSORS + 1], *offset_um[TT_LINEAR_AXES], *std_um[TT_LINEAR_AXES];
   hal_float_t *answer_ms, *slowest_ms;
   hal_bit_t *state[TT_CHANNELS], *model_is_up;
-  hal_u32_t *heartbeat, *restarts;
+  hal_u32_t *heartbeat, *restarts, *fault;
   hal_s32_t* status;
 } all_pins;
 
@@ -89,6 +89,7 @@ static int make_pins(all_pins* pins, int component, const char* name) {
   bad |= hal_pin_bit_newf(HAL_OUT, &pins->model_is_up, component, "%s.model-is-up", name);
   bad |= hal_pin_u32_newf(HAL_OUT, &pins->heartbeat, component, "%s.heartbeat", name);
   bad |= hal_pin_u32_newf(HAL_OUT, &pins->restarts, component, "%s.restarts", name);
+  bad |= hal_pin_u32_newf(HAL_OUT, &pins->fault, component, "%s.fault", name);
   bad |= hal_pin_s32_newf(HAL_OUT, &pins->status, component, "%s.status", name);
   return bad;
 }
@@ -117,6 +118,7 @@ static void show(all_pins* pins, const model_answer* answer, double took_ms) {
   int valid = answer->status != TT_REFUSED_TIME && answer->status != TT_FAILED;
   for (int i = 0; i < model->linear_axes; ++i) valid = valid && isfinite(answer->offset_um[i]);
   *pins->status = answer->status;
+  *pins->fault = answer->fault;
   *pins->answer_ms = took_ms;
   if (took_ms > *pins->slowest_ms) *pins->slowest_ms = took_ms;
   if (!valid) return; /* no heartbeat: the guard holds, then returns to zero */

@@ -6,7 +6,10 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
+#include <vector>
 
 #include "compensation/control/control_model.h"
 #include "core/error.h"
@@ -91,12 +94,32 @@ protected:
       const std::string cc = "cc -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Werror -Icore -I. ";
       const std::string said = run(fmt::format(
           "cd {0} && rm core/main.c && {1} -c core/*.c && {1} thermotwin_model.c *.o -o thermotwin_model -lm 2>&1 && "
-          "{1} {2}/tests/compensation/linuxcnc/drive.c model_link.c process_link.c *.o -o drive -lm 2>&1",
+          "for program in drive send_rows; do {1} {2}/tests/compensation/linuxcnc/$program.c model_link.c "
+          "process_link.c *.o -o $program -lm 2>&1; done",
           path.string(), cc, THERMOTWIN_SOURCE_DIR));
       EXPECT_EQ(said, "");
       return path.string();
     }();
     return built;
+  }
+  /// Answers of send_rows and the lines of the model. @param groups  as send_rows takes them
+  static std::string rows(const std::string& state, int session, const std::string& groups,
+                          const std::string& before = "") {
+    return run(fmt::format("cd {} && {} ./send_rows ./thermotwin_model {}.state {} {} 2>&1", folder(), before, state,
+                           session, groups));
+  }
+  /// Makes the saved states those of another model.
+  static void exchange_model(const std::string& state) {
+    for (const char* end : {"", ".old", ".live"}) {
+      const std::string path = fmt::format("{}/{}.state{}", folder(), state, end);
+      if (!std::filesystem::exists(path)) continue;
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      constexpr long hash_at = 32;  // after session, time, magic and version
+      file.seekg(hash_at);
+      const int byte = file.get();
+      file.seekp(hash_at);
+      file.put(static_cast<char>(byte ^ 1));
+    }
   }
   static Figures drive(const std::string& what, int count, int seed) {
     Figures figures;
@@ -127,6 +150,76 @@ TEST_F(ModelProcess, GoesOnAfterTwentyPowerCuts) {
   EXPECT_LT(figures.apart, 0.2);
   EXPECT_LT(figures.fastest, 1.001) << "over the set rate";
   EXPECT_LT(figures.longest_s, 2.0);
+}
+
+TEST_F(ModelProcess, KeepsTheStateOfAnotherModel) {
+  EXPECT_EQ(rows("foreign", 1, "1000000:6000:60").find("refused"), std::string::npos);
+  exchange_model("foreign");
+  const std::filesystem::path state = std::filesystem::path(folder()) / "foreign.state";
+  const std::string foreign = core::read_file(state);
+  // Long enough for three saves, which write over STATE.old.
+  const std::string said = rows("foreign", 1, "1000061:6000:1 1000062:6000:40");
+  for (const char* words : {"foreign.state: of another model", "foreign.state.refused: keeps the refused state", " 1 "})
+    EXPECT_TRUE(has(said, words)) << words << said;
+  EXPECT_EQ(core::read_file(state.string() + ".refused"), foreign);
+  EXPECT_NE(core::read_file(state), foreign);
+  // A second one does not take the place of the first.
+  exchange_model("foreign");
+  const std::string second = core::read_file(state);
+  rows("foreign", 1, "1000110:6000:30");
+  EXPECT_EQ(core::read_file(state.string() + ".refused"), foreign);
+  EXPECT_EQ(core::read_file(state.string() + ".refused.1"), second);
+  EXPECT_FALSE(has(rows("foreign", 1, "1000150:6000:1"), "refused")) << "its own state is there again";
+}
+
+TEST_F(ModelProcess, AClockThatWasSetIsAFaultAndEndsNothing) {
+  const auto fault = [](const std::string& said) {
+    int status = -9;
+    unsigned bits = 99;
+    const std::size_t answer = said.rfind('\n', said.size() - 2);
+    std::sscanf(said.c_str() + (answer == std::string::npos ? 0 : answer + 1), "%d %u", &status, &bits);
+    return bits;
+  };
+  EXPECT_EQ(fault(rows("clock", 1, "1000000:6000:60")), 0U);
+  const std::string back = rows("clock", 2, "900000:6000:60");
+  EXPECT_EQ(fault(back), 4U) << back;
+  EXPECT_TRUE(has(back, "clock: is behind the saved state; time goes on from there")) << back;
+  const std::string ahead = rows("clock", 3, fmt::format("{}:6000:60", 1000000 + 40 * 86400));
+  EXPECT_EQ(fault(ahead), 8U) << ahead;
+  EXPECT_TRUE(has(ahead, "more than 7 days after the saved state; the start is cold")) << ahead;
+  // Within a session no clock leaps; a row that does is not used.
+  const std::string within = rows("clock_within", 1, "1000000:6000:60 5000000:6000:1 1000061:6000:1");
+  EXPECT_TRUE(has(within, "\n-1 0 ")) << within;
+  EXPECT_TRUE(has(within, "row at 5000000.000 s: time does not rise, or leaps")) << within;
+  EXPECT_FALSE(has(within, "has ended")) << within;
+}
+
+TEST_F(ModelProcess, AFullDiskIsAFaultUntilThereIsRoom) {
+  const std::string full = rows("full", 1, "1000000:6000:40", "trap '' XFSZ; ulimit -f 0;");
+  EXPECT_TRUE(has(full, " 2 ")) << full;
+  EXPECT_TRUE(has(full, "File too large")) << full;
+  EXPECT_FALSE(has(full, "has ended")) << full;
+  EXPECT_EQ(full.find("File too large"), full.rfind("File too large")) << "said once";
+  const std::string room = rows("full", 1, "1000041:6000:40");
+  EXPECT_TRUE(has(room, " 0 ")) << room;
+}
+
+TEST_F(ModelProcess, APinOfNanIsNotGivenAndOneOfInfinityIsNamed) {
+  // Unlike nan, infinity is no value that is missing on purpose.
+  const std::string said = rows("pins", 1, "1000000:6000:60 1000060:nan:200 1000260:nan:140 1000400:inf:1");
+  std::istringstream lines(said);
+  std::vector<int> statuses;
+  for (std::string line; std::getline(lines, line);) {
+    int status = 0;
+    if (std::sscanf(line.c_str(), "%d ", &status) == 1) statuses.push_back(status);
+  }
+  ASSERT_EQ(statuses.size(), 4U) << said;
+  EXPECT_NE(statuses[1], TT_INPUT_MISSING) << said;
+  EXPECT_EQ(statuses[2], TT_INPUT_MISSING) << said;
+  EXPECT_EQ(statuses[3], TT_INPUT_MISSING) << said;
+  EXPECT_TRUE(has(said, "status input_missing spindle.speed_rpm=missing")) << said;
+  const std::string infinite = rows("infinite", 1, "1000000:6000:60 1000070:inf:1");
+  EXPECT_TRUE(has(infinite, "status input_missing spindle.speed_rpm=unreadable")) << infinite;
 }
 
 TEST_F(ModelProcess, OfAStateThatIsTakenIsRefused) {
