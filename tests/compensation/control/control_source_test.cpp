@@ -133,21 +133,33 @@ protected:
   test::Scratch folder_;
 };
 
-TEST_F(ControlSource, HasTheBitsOfTheCoreWithAnyCompilerAndOptimisation) {
+TEST_F(ControlSource, HasTheBitsOfTheCoreWithGcc) {
   const std::string truth = expected(control_.model(), rows);
   ASSERT_GT(std::count(truth.begin(), truth.end(), '\n'), rows);
   ASSERT_NE(truth.find("sensor_failed"), std::string::npos);
-  int compilers = 0;
-  for (const char* compiler : {"gcc -O3", "clang -O2"}) {
-    const std::string name(compiler);
-    if (!has_program(name.substr(0, name.find(' ')))) continue;
-    ++compilers;
-    EXPECT_TRUE(run_on_rows(compiled(compiler)) == truth) << compiler;
+  EXPECT_TRUE(run_on_rows(compiled("gcc -O3")) == truth);
+}
+
+/// @return why the test is skipped; empty: all programs are there. With THERMOTWIN_COMPILERS=1, for which tools/test
+///   installs them, a missing one is a failure.
+std::string absent(std::initializer_list<const char*> programs) {
+  for (const char* program : programs) {
+    if (has_program(program)) continue;
+    EXPECT_EQ(std::getenv("THERMOTWIN_COMPILERS"), nullptr) << "no " << program;
+    return std::string("no ") + program;
   }
-  EXPECT_GE(compilers, 1);
-  if (!has_program("aarch64-linux-gnu-gcc") || !has_program("qemu-aarch64-static")) return;
+  return {};
+}
+
+TEST_F(ControlSource, HasTheBitsOfTheCoreWithClang) {
+  if (const std::string none = absent({"clang"}); !none.empty()) GTEST_SKIP() << none;
+  EXPECT_TRUE(run_on_rows(compiled("clang -O2")) == expected(control_.model(), rows));
+}
+
+TEST_F(ControlSource, HasTheBitsOfTheCoreOnAarch64) {
+  if (const std::string none = absent({"aarch64-linux-gnu-gcc", "qemu-aarch64"}); !none.empty()) GTEST_SKIP() << none;
   const std::string arm = compiled("aarch64-linux-gnu-gcc -O3 -static");
-  EXPECT_TRUE(run_on_rows("qemu-aarch64-static " + arm) == truth);
+  EXPECT_TRUE(run_on_rows("qemu-aarch64 " + arm) == expected(control_.model(), rows));
 }
 
 TEST_F(ControlSource, TheExampleGoesOnFromItsStateAndNeedsLibmAlone) {
