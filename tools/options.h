@@ -130,7 +130,7 @@ struct ValidateOptions : CommonOptions {
   std::uint64_t first_seed = 1;
   double size_factor = 0.7;
   std::string perturb = "all";  ///< or "thermal"
-  bool power_off = false, failed_sensors = false;
+  bool power_off = false, failed_sensors = false, restart = false;
   bool coolant_rise = false;
   std::filesystem::path reference;  ///< truth instead of the full model
   int full_draws = 0;               ///< of the draws, so many on full models too

@@ -12,6 +12,7 @@
 
 #include "compensation/evaluation/failed_sensors.h"
 #include "compensation/evaluation/power_off.h"
+#include "compensation/evaluation/restart.h"
 #include "compensation/evaluation/validation.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -58,6 +59,20 @@ json results(const compensation::FailedSensorStudy& study) {
                              {"reduction_failed_percent", row.failed_percent},
                              {"named_after_min", row.named_min}});
   }
+  return found;
+}
+
+json results(const compensation::RestartStudy& study) {
+  json found;
+  for (const auto& row : study.rows) {
+    found["rows"].push_back({{"load", row.load},
+                             {"draw", row.draw},
+                             {"off_at_h", row.off_at_h},
+                             {"rms_before_um", row.before_um},
+                             {"rms_through_um", row.through_um},
+                             {"rms_restarted_um", row.restarted_um}});
+  }
+  for (const std::string& load : study.loads()) found["ratio"][load] = study.ratio(load);
   return found;
 }
 
@@ -203,6 +218,7 @@ std::vector<compensation::MeasuredLoad> measured_loads(const ValidateOptions& op
                                                        const compensation::ValidationOptions& settings,
                                                        std::uint64_t seed) {
   if (options.power_off) return {compensation::power_off_load(machine_case.machine, seed)};
+  if (options.restart) return compensation::restart_loads(machine_case, settings);
   if (options.failed_sensors) return compensation::failed_sensor_loads(machine_case, settings);
   return compensation::validation_loads(machine_case, settings);
 }
@@ -219,6 +235,10 @@ void validate(const ValidateOptions& options) {
   if (options.power_off) {
     on_truths<compensation::PowerOffStudy>(options, settings, model, [&](const ValidationOptions& how) {
       return study_power_off(machine_case, model, how);
+    });
+  } else if (options.restart) {
+    on_truths<compensation::RestartStudy>(options, settings, model, [&](const ValidationOptions& how) {
+      return study_restart(machine_case, model, how);
     });
   } else if (options.failed_sensors) {
     on_truths<compensation::FailedSensorStudy>(options, settings, model, [&](const ValidationOptions& how) {

@@ -145,6 +145,28 @@ std::string validation_page(const ValidationHead& head, const compensation::Powe
           tables(rows, full != nullptr ? &of_full : nullptr) + next_steps(head.options, {failures, more_machines}));
 }
 
+std::string validation_page(const ValidationHead& head, const compensation::RestartStudy& main,
+                            const compensation::RestartStudy* full) {
+  constexpr double good = 1.2;
+  std::vector<std::string> sentences, tiles;
+  double largest = 0.0;
+  for (const std::string& load : main.loads()) {
+    const double ratio = main.ratio(load);
+    largest = std::max(largest, ratio);
+    sentences.push_back(fmt::format(
+        "In {}, the RMS over the hour after the return is {:.2f} times that of a compensator that never stopped.",
+        core::xml_text(load), ratio));
+    tiles.push_back(core::html_tile(core::xml_text(load), fmt::format("{:.2f}", ratio), "ratio of RMS"));
+  }
+  const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
+  return page_of(
+      head, "Restart after an hour off",
+      core::html_finding(largest <= good ? core::Tone::good : core::Tone::warn, "restart from the state", sentences) +
+          core::html_tiles(tiles) +
+          tables(rows, full != nullptr ? &of_full : nullptr, "RMS of the TCP error over the hour after the return.") +
+          next_steps(head.options, {power_off, more_machines}));
+}
+
 std::string validation_page(const ValidationHead& head, const compensation::FailedSensorStudy& main,
                             const compensation::FailedSensorStudy* full) {
   std::vector<std::string> faults;

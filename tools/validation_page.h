@@ -6,6 +6,7 @@
 
 #include "compensation/evaluation/failed_sensors.h"
 #include "compensation/evaluation/power_off.h"
+#include "compensation/evaluation/restart.h"
 #include "compensation/evaluation/validation.h"
 #include "tools/options.h"
 
@@ -24,6 +25,8 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
                             const compensation::Validation* full);
 std::string validation_page(const ValidationHead& head, const compensation::PowerOffStudy& main,
                             const compensation::PowerOffStudy* full);
+std::string validation_page(const ValidationHead& head, const compensation::RestartStudy& main,
+                            const compensation::RestartStudy* full);
 std::string validation_page(const ValidationHead& head, const compensation::FailedSensorStudy& main,
                             const compensation::FailedSensorStudy* full);
 

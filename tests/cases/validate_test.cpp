@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+
 #include "core/table.h"
 #include "solver/campaign/case.h"
 #include "tests/cases/toy.h"
@@ -96,6 +98,37 @@ TEST(Validate, FullDrawsNeedATruthAndAreSomeOfTheDraws) {
                                made("reference.rom.h5"), "--draws", "1", "--full-draws", "2"});
   EXPECT_EQ(more.status, 2);
   EXPECT_SAYS(more.err, "--full-draws 2");
+}
+
+// The hour lies between the second and the third of four phases; offsets after it begin at 0.
+TEST(Validate, ARestartIsJudgedBesideARunThatNeverStopped) {
+  const Toy toy;
+  const auto study = [&](const std::string& load) {
+    return toy.run({"validate", toy.path(), "--model", made("model.rom.h5"), "--truth", made("reference.rom.h5"),
+                    "--load", load, "--draws", "2", "--restart", "--json"});
+  };
+  const Result result = study("mixed");
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json found = json::parse(result.out);
+  ASSERT_EQ(found["rows"].size(), 2U);
+  double through = 0.0, restarted = 0.0;
+  for (const json& row : found["rows"]) {
+    EXPECT_EQ(row["load"], "mixed_off");
+    EXPECT_DOUBLE_EQ(row["off_at_h"], 3.0);
+    EXPECT_GT(row["rms_before_um"], 10.0);
+    EXPECT_LT(row["rms_restarted_um"], 0.2 * row["rms_before_um"].get<double>());
+    EXPECT_GT(row["rms_restarted_um"], row["rms_through_um"].get<double>());
+    through += std::pow(row["rms_through_um"].get<double>(), 2);
+    restarted += std::pow(row["rms_restarted_um"].get<double>(), 2);
+  }
+  EXPECT_NEAR(found["ratio"]["mixed_off"], std::sqrt(restarted / through), 1e-6);
+  EXPECT_SAYS(read(toy.result("validation/report.html")), "Restart after an hour off");
+  toy.write(
+      "loads/one.toml",
+      "schema = 1\ntitle = \"one\"\ninitial_C = 20\n[[phase]]\nname = \"all\"\nduration_h = 6\nspindle_rpm = 3000\n");
+  const Result one = study("one");
+  EXPECT_EQ(one.status, 3);
+  EXPECT_SAYS(one.err, "two phases or more");
 }
 
 }  // namespace

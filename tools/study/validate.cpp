@@ -73,6 +73,7 @@ private:
     words += path("--model", options_.model) + path("--truth", options_.reference);
     if (options_.full_draws > 0) words += fmt::format(" --full-draws {}", options_.full_draws);
     if (options_.power_off) words += " --power-off";
+    if (options_.restart) words += " --restart";
     if (options_.failed_sensors) words += " --failed-sensors";
     if (options_.coolant_rise) words += " --coolant";
     for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
