@@ -14,6 +14,7 @@
 #include "compensation/control/control_model.h"
 #include "compensation/control/twin.h"
 #include "compensation/online/compensator.h"
+#include "core/table.h"
 #include "reduction/model/model_file.h"
 #include "tools/benchmarks/stopwatch.h"
 
@@ -24,6 +25,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double period_s = 0.1;
+constexpr double live_period_s = 0.01;
 constexpr double short_step_s = 10.0;  ///< of the thermal state
 
 double now(clockid_t clock) {
@@ -127,16 +129,25 @@ struct Times {
   std::vector<double> processor, wall;
 };
 
-/// @param step  (time, row, readings)
+void sleep_until(double time) {
+  const double whole = std::floor(time);
+  const timespec until{static_cast<time_t>(whole), static_cast<long>(1e9 * (time - whole))};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
+
+/// @param step    (time, row, readings)
+/// @param paced_s  time between rows, also of the clock; 0: period_s, as fast as they are taken
 template <class Step>
-Times measured(Rows& inputs, Sensors& sensors, long rows, const Step& step) {
+Times measured(Rows& inputs, Sensors& sensors, long rows, const Step& step, double paced_s = 0.0) {
   Times times;
   times.processor.reserve(rows);
   times.wall.reserve(rows);
+  const double begun = now(CLOCK_MONOTONIC);
   for (long i = 0; i < rows; ++i) {
-    const double t = i * period_s;
+    const double t = i * (paced_s > 0.0 ? paced_s : period_s);
     const VectorXd& row = inputs.at(t);
     const VectorXd& readings = sensors.at(t, row);
+    if (paced_s > 0.0) sleep_until(begun + t);
     const double wall_0 = now(CLOCK_MONOTONIC), own_0 = now(CLOCK_THREAD_CPUTIME_ID);
     step(t, row, readings);
     times.processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
@@ -230,6 +241,49 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
     }
   }
   print("first_row", first_row);
+  print("apart_um", apart_um);
+  print("std_apart_um", std_apart_um);
+  print("most_um", most_um);
+}
+
+void live_rows(const std::filesystem::path& model_file, long rows) {
+  const reduction::ReducedModel model = reduction::read_model(model_file);
+  const compensation::Compensator compensator(model);
+  Rows inputs(compensator, model.machine);
+  compensation::ControlData data = compensation::control_data(model);
+  data.start_over_s = 10.0;
+  const compensation::ControlModel control(std::move(data));
+  Twin twin(control.model());
+  Sensors sensors(control.model());
+  print_times("live", measured(
+                          inputs, sensors, rows,
+                          [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); },
+                          live_period_s));
+}
+
+void compared_rows(const std::filesystem::path& model_file, const std::filesystem::path& folder) {
+  const reduction::ReducedModel model = reduction::read_model(model_file);
+  const core::Table inputs = core::read_csv(folder / "inputs.csv"), sensors = core::read_csv(folder / "sensors.csv");
+  const compensation::ControlModel control(model);
+  Twin twin(control.model());
+  compensation::Compensator dense(model);
+  VectorXd row = dense.channels().defaults(), readings(std::ssize(model.machine.sensors));
+  double apart_um = 0.0, std_apart_um = 0.0, most_um = 0.0;
+  for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+    for (Eigen::Index c = 1; c < inputs.values.cols(); ++c)
+      row[dense.channels().index(inputs.columns[c])] = inputs.values(i, c);
+    for (Eigen::Index s = 0; s < readings.size(); ++s)
+      readings[s] = sensors.values(i, *sensors.find(model.machine.sensors[s].id + "_C"));
+    const double t = inputs.values(i, 0);
+    twin.row(t, row, readings);
+    const compensation::Offsets& offsets = dense.step(t, row, readings);
+    for (Eigen::Index a = 0; a < offsets.offset_um.size(); ++a) {
+      apart_um = std::max(apart_um, std::abs(offsets.offset_um[a] - twin.get().offset_um[a]));
+      std_apart_um = std::max(std_apart_um, std::abs(offsets.std_um[a] - twin.get().std_um[a]));
+      most_um = std::max(most_um, std::abs(offsets.offset_um[a]));
+    }
+  }
+  print("rows", static_cast<double>(inputs.rows()));
   print("apart_um", apart_um);
   print("std_apart_um", std_apart_um);
   print("most_um", most_um);

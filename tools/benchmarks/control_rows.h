@@ -10,4 +10,11 @@ namespace thermotwin::bench {
 /// Prints quantiles of the processor time and of the wall time of a row, sizes, and how long a start takes.
 void control_rows(const std::filesystem::path& model_file, long rows);
 
+/// Rows at their own pace, 100 a second: quantiles of the processor time and of the wall time of a row.
+void live_rows(const std::filesystem::path& model_file, long rows);
+
+/// Prints the largest difference between the core, whose terms are in low rank, and the class with dense terms along a
+/// load. @param folder  of a campaign's load: inputs.csv and sensors.csv
+void compared_rows(const std::filesystem::path& model_file, const std::filesystem::path& folder);
+
 }  // namespace thermotwin::bench

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 #include <vector>
 
 #include "tools/benchmarks/report.h"
@@ -16,6 +17,12 @@ namespace thermotwin::bench {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A figure beside its aim.
+std::string judged(const std::string& what, double value, double aim, const std::string& unit) {
+  return fmt::format("aim: {} {:.3g} {}, at most {:g} {}: {}", what, value, unit, aim, unit,
+                     value <= aim ? "reached" : "MISSED");
+}
 
 /// Starts of `compensate` to the answer of one row and to its end.
 class Starts {
@@ -56,6 +63,10 @@ public:
                      each(without, unit), "reading the model", 1, median(each(with, "MiB")),
                      median(each(without, "MiB")));
     }
+    report.note(
+        judged("start with online data to the first row, processor time", median(each(with, "processor")), 0.3, "s"));
+    report.note(judged("peak memory of compensate", median(each(with, "MiB")), 64.0, "MiB"));
+    report.note(judged("online data", 1e-6 * fs::file_size(online_), 16.0, "MB"));
     report.note(fmt::format("online data: {:.1f} MB beside a model of {:.1f} MB", 1e-6 * fs::file_size(online_),
                             1e-6 * fs::file_size(model_)));
   }
@@ -65,6 +76,18 @@ private:
   Command command_;
 };
 
+void add_aims(Report& report, const Outcome& made, const Outcome& live) {
+  for (const auto& [word, what, aim_us] : {std::tuple{"9999", "99.99 % of rows", 200.0}, {"most", "largest", 1000.0}}) {
+    report.note(
+        judged(fmt::format("row, {}, processor time", what), 1e6 * made[fmt::format("core_{}", word)], aim_us, "us"));
+    report.note(judged(fmt::format("row, {}, 100 rows a second in real time, processor time", what),
+                       1e6 * live[fmt::format("live_{}", word)], aim_us, "us"));
+    report.note(fmt::format("the same, wall time: {}; in real time: {}",
+                            duration(made[fmt::format("core_wall_{}", word)]),
+                            duration(live[fmt::format("live_wall_{}", word)])));
+  }
+}
+
 }  // namespace
 
 std::string online_subject(const Settings& settings) {
@@ -73,6 +96,14 @@ std::string online_subject(const Settings& settings) {
   constexpr long count = 1000000;
   const Outcome made = run({{(settings.programs / "bench_worker").string(), "control", "--model",
                              model_of(settings).string(), "--rows", std::to_string(count)},
+                            1,
+                            {},
+                            {},
+                            {},
+                            {}});
+  constexpr long live_count = 10000;
+  const Outcome live = run({{(settings.programs / "bench_worker").string(), "control", "--wall", "--model",
+                             model_of(settings).string(), "--rows", std::to_string(live_count)},
                             1,
                             {},
                             {},
@@ -96,6 +127,7 @@ std::string online_subject(const Settings& settings) {
       fmt::format("rows 60 s apart over 10 h: offsets differ by at most {:.2g} um of {:.1f} um, their "
                   "deviations by {:.2g} um",
                   made["apart_um"], made["most_um"], made["std_apart_um"]));
+  add_aims(report, made, live);
   return report.text();
 }
 

@@ -392,7 +392,14 @@ void rows(const Options& options) {
   print("order", model.system.order());
 }
 
-void control(const Options& options) { bench::control_rows(options.model, options.rows); }
+void control(const Options& options) {
+  if (!options.folder.empty())
+    bench::compared_rows(options.model, options.folder);
+  else if (options.wall)
+    bench::live_rows(options.model, options.rows);
+  else
+    bench::control_rows(options.model, options.rows);
+}
 
 }  // namespace
 
