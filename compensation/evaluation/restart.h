@@ -37,7 +37,8 @@ struct RestartStudy {
 /// nearest to the middle. @param text  of a load program with two phases or more  @throws InputError
 std::string with_hour_off(const std::string& text, const std::string& name, const mesh::Machine& machine);
 
-/// The load programs of the options with an hour off and rows of a minute; in the first minute after it, of a second. @throws InputError
+/// The load programs of the options with an hour off and rows of a minute; in the first minute after it, of a second.
+/// @throws InputError
 std::vector<MeasuredLoad> restart_loads(const solver::Case& machine_case, const ValidationOptions& options);
 
 RestartStudy study_restart(const solver::Case& machine_case, const reduction::ReducedModel& model,

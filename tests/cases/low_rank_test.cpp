@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The core of `compensate`, with terms in low rank, beside the class with dense terms, on a load that no model has seen.
+// The core of `compensate`, with terms in low rank, beside the class with dense terms, on a held-out load.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -9,8 +9,8 @@
  * than before, the power was off: that time is computed with the machine off. Where they are the same, the model alone
  * was gone, and the last row holds. A second process on the same STATE is refused.
  *
- * A state of another model or version is kept as FILE.refused, .refused.1 and so on. Faults (model_rows.h) and changes of
- * the status are lines on stderr, those of the status at most one a minute of machine time. */
+ * A state of another model or version is kept as FILE.refused, .refused.1 and so on. Faults (model_rows.h) and changes
+ * of the status are lines on stderr, those of the status at most one a minute of machine time. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <fcntl.h>

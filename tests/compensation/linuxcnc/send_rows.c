@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Sends rows to thermotwin_model as thermotwin_pins does.
  *   send_rows PROGRAM STATE SESSION TIME:SPEED:COUNT ...
- * COUNT rows 1 s apart from TIME on, s, with a speed of the spindle in rpm (nan and inf as well). The surroundings are at
- * their defaults. Prints for the last row of each group: status, fault, largest offset in um. */
+ * COUNT rows 1 s apart from TIME on, s, with a speed of the spindle in rpm (nan and inf as well). The surroundings are
+ * at their defaults. Prints for the last row of each group: status, fault, largest offset in um. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <stdio.h>
