@@ -30,7 +30,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr const char* group_names[] = {"single", "clean", "pair", "outside"};
+constexpr const char* group_names[] = {"single", "clean", "pair", "outside", "change"};
 
 /// A wrong value: at least four of its standard deviations away, a share of what causes may be.
 double drawn_value(const Parameter& p, Random& random) {
@@ -138,11 +138,13 @@ Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group,
       if (tries + 2 - std::ssize(draw.truths) >= 30 || clear(truth)) draw.truths.push_back(truth);
     }
   }
-  if (group == Group::outside) {
+  if (group == Group::outside || group == Group::change) {
     const mesh::Machine& machine = specimen.nominal();
-    draw.outside = static_cast<Outside>(1 + random.index(4));
+    draw.outside =
+        group == Group::outside ? static_cast<Outside>(1 + random.index(4)) : static_cast<Outside>(5 + random.index(3));
     const auto any = [&](const auto& items) { return items[random.index(items.size())].id; };
-    draw.outside_where = draw.outside == Outside::hysteretic_joint ? any(machine.joints)
+    const bool of_joint = draw.outside == Outside::hysteretic_joint || draw.outside == Outside::lost_preload;
+    draw.outside_where = of_joint                                  ? any(machine.joints)
                          : draw.outside == Outside::humid_film     ? any(machine.films)
                          : draw.outside == Outside::slipping_cable ? any(machine.sensors)
                                                                    : any(machine.sources);
@@ -177,9 +179,10 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
       named.insert(words(cause.parameter).first + " " + words(cause.parameter).second);
   }
   for (const std::string& name : named) line.set += (line.set.empty() ? "" : "; ") + name;
-  if (group == Group::outside) {
-    static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable",
-                                            "jumping_bearing"};
+  if (draw.outside != Outside::none) {
+    static constexpr const char* names[] = {"none",           "hysteretic_joint", "humid_film",
+                                            "slipping_cable", "jumping_bearing",  "relubricated_bearing",
+                                            "lost_preload",   "viscous_bearing"};
     line.kind = names[static_cast<int>(draw.outside)];
     line.where = draw.outside_where;
   }
@@ -215,6 +218,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     if (truth.parameter.missing && cause.parameter.missing && line.place_error == Line::absent) {
       line.place_error = 1e3 * distance(cause.parameter, truth.parameter);
       line.region = 1e3 * cause.parameter.missing->region95;
+      if (machine.sensors.size() >= 12) line.place_allowed = std::max(100.0, 0.06 * 1e3 * beside.diagonal_m);
       line.follows_right = may_follow(*cause.parameter.missing, truth.parameter.missing->follows);
     }
     if (!same_cause(cause.parameter, truth.parameter) || line.rank > 0) continue;

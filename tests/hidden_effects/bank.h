@@ -16,7 +16,7 @@
 
 namespace thermotwin::hidden {
 
-enum class Group { single, clean, pair, outside };
+enum class Group { single, clean, pair, outside, change };
 
 /// One line of the bank's table.
 struct Line {
@@ -45,13 +45,16 @@ struct Line {
   double place_error = absent, region = absent;
   double follows_right = absent;  ///< 1, 0
   double seconds = 0, second_named = 0;
+  /// Of a missing source on a machine of 12 sensors or more: 100 mm or 6 % of the machine's diagonal.
+  double place_allowed = absent;
 
   static constexpr double absent = -1e9;
   bool clear() const { return against_none >= 20.0 && against_rival >= 10.0; }
   bool identifiable() const { return group == "single" && clear(); }
-  bool visible() const { return group == "outside" && against_none >= 30.0; }
+  bool visible() const { return (group == "outside" || group == "change") && against_none >= 30.0; }
   bool unlike_any() const { return visible() && against_rival >= 30.0; }
   std::string text() const;  ///< tab separated
+  /// @param text  may end after `second_named`, as those of earlier banks do
   static Line parse(const std::string& text);
   static std::string header();
 };
@@ -72,6 +75,7 @@ struct Beside {
   std::function<compensation::Measurement()> unseen;
   std::size_t measured_poses = 0;  ///< of the unseen program's: those that the record has too
   std::vector<Followable> inputs;  ///< that a missing source may follow
+  double diagonal_m = 0;           ///< of the machine
   diagnosis::DiagnoseOptions how;  ///< of the diagnosis
 };
 

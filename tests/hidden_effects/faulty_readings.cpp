@@ -53,20 +53,33 @@ VectorXd spoilt_reading(Kind kind, double value, const VectorXd& time, const Vec
 }
 
 OutsideEffect::OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine,
-                             const solver::Layout& layout, Random& random)
+                             const solver::Layout& layout, double duration_s, Random& random)
     : effect_(effect),
       where_(std::move(where)),
       machine_(machine),
       layout_(layout),
-      random_(random) {}
+      random_(random) {
+  if (effect_ == Outside::relubricated_bearing || effect_ == Outside::lost_preload ||
+      effect_ == Outside::viscous_bearing) {
+    begins_ = random.uniform(0.2, 0.6) * duration_s;
+    size_ = random.uniform(1.8, 4.0);
+  }
+}
 
-void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double, double step) {
+void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double time, double step) {
   const auto scale_terms = [&](solver::TermKind kind, int item, double factor) {
     for (std::size_t t = 0; t < layout_.terms.size(); ++t) {
       if (layout_.terms[t].kind != kind || layout_.terms[t].item != item) continue;
       c.p[t] *= factor;
       for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
         if (layout_.inputs[k].term == static_cast<int>(t)) c.q[k] *= factor;
+    }
+  };
+  const auto over_source = [&](const auto& change) {
+    for (std::size_t k = 0; k < layout_.inputs.size(); ++k) {
+      if (layout_.inputs[k].kind == solver::InputKind::source && layout_.inputs[k].item >= 0 &&
+          machine_.sources[layout_.inputs[k].item].id == where_)
+        change(c.q[k]);
     }
   };
   if (effect_ == Outside::hysteretic_joint) {
@@ -87,11 +100,23 @@ void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double, double
   } else if (effect_ == Outside::jumping_bearing) {
     if (random_.uniform() < step / 4000.0)
       level_ = random_.uniform() < 0.5 ? random_.uniform(0.1, 0.5) : random_.uniform(2.0, 4.0);
-    for (std::size_t k = 0; k < layout_.inputs.size(); ++k) {
-      if (layout_.inputs[k].kind == solver::InputKind::source && layout_.inputs[k].item >= 0 &&
-          machine_.sources[layout_.inputs[k].item].id == where_)
-        c.q[k] *= level_;
-    }
+    over_source([&](double& power) { power *= level_; });
+  } else if (effect_ == Outside::relubricated_bearing) {
+    // Fresh grease churns, and settles over half a day to a lower loss than before.
+    if (time < begins_) return;
+    over_source([&](double& power) { power *= size_ * (0.8 + 0.2 * std::exp((begins_ - time) / 20000.0)); });
+  } else if (effect_ == Outside::lost_preload) {
+    if (time >= begins_) scale_terms(solver::TermKind::contact, machine_.joint_index(where_), 1.0 / size_);
+  } else if (effect_ == Outside::viscous_bearing) {
+    // The loss falls with the lubricant's temperature, which follows the loss within 40 minutes.
+    double given = 0.0;
+    over_source([&](double& power) {
+      const double most = std::max(most_, std::abs(power));
+      most_ = most;
+      given += power;
+      power *= most > 0.0 ? size_ / (1.0 + (size_ - 0.5) * std::abs(last_heat_) / most) : 1.0;
+    });
+    last_heat_ += std::min(1.0, step / 2400.0) * (given - last_heat_);
   }
 }
 

@@ -18,8 +18,9 @@ Eigen::VectorXd spoilt_reading(diagnosis::Kind kind, double value, const Eigen::
 
 class OutsideEffect {
 public:
+  /// @param duration_s  of the load: a change comes within its first 20 to 60 %
   OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine, const solver::Layout& layout,
-                Random& random);
+                double duration_s, Random& random);
   /// Changes the coefficients of a step.
   void act(solver::Coefficients& c, const Eigen::VectorXd& row, double time, double step);
   Eigen::VectorXd reading(const std::string& sensor, const Eigen::VectorXd& time, Eigen::VectorXd values);
@@ -30,7 +31,8 @@ private:
   const mesh::Machine& machine_;
   const solver::Layout& layout_;
   Random& random_;
-  double level_ = 1.0, humidity_ = 0.0, last_heat_ = 0.0;
+  double level_ = 1.0, humidity_ = 0.0, last_heat_ = 0.0, most_ = 0.0;
+  double begins_ = 0.0, size_ = 1.0;
   bool open_ = false;
 };
 

@@ -59,9 +59,12 @@ const std::vector<Column>& columns() {
       {"follows_right", &Line::follows_right},
       {"seconds", &Line::seconds},
       {"second_named", &Line::second_named},
+      {"place_allowed_mm", &Line::place_allowed},
   };
   return all;
 }
+
+constexpr std::size_t fewest_columns = 42;  // up to second_named
 
 }  // namespace
 
@@ -90,7 +93,7 @@ Line Line::parse(const std::string& text) {
   std::istringstream stream(text);
   for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
   Line line;
-  if (cells.size() != columns().size()) return line;
+  if (cells.size() < fewest_columns || cells.size() > columns().size()) return line;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (const auto* words = std::get_if<std::string Line::*>(&columns()[i].member))
       line.** words = cells[i];

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -41,6 +42,7 @@ Options read_options(int argc, char** argv) {
                                               "clean",
                                               "pairs",
                                               "outside",
+                                              "changes",
                                               "size",
                                               "loads",
                                               "cache",
@@ -53,7 +55,8 @@ Options read_options(int argc, char** argv) {
                                               "mesh-order",
                                               "tolerance",
                                               "displacement-error",
-                                              "temperature-error"};
+                                              "temperature-error",
+                                              "rows"};
   static const std::set<std::string> flags = {"slurm", "gather", "quiet"};
   Options options;
   bool complete = true;
@@ -71,9 +74,11 @@ Options read_options(int argc, char** argv) {
   if (!complete || !options.count("case") || !options.count("model") || !options.count("out")) {
     throw core::UsageError(
         "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N "
-        "--outside N "
+        "--outside N --changes N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
-        "LOAD|none --displacement-error PERCENT --temperature-error PERCENT --slurm --part I/N --gather --threads N]");
+        "LOAD|none --rows own|sparse|pauses --displacement-error PERCENT --temperature-error PERCENT --slurm --part "
+        "I/N "
+        "--gather --threads N]");
   }
   return options;
 }
@@ -139,6 +144,13 @@ solver::Case read_case(const Options& options) {
   return machine_case;
 }
 
+hidden::Rows rows_named(const std::string& name) {
+  if (name == "own") return hidden::Rows::own;
+  if (name == "sparse") return hidden::Rows::sparse;
+  if (name == "pauses") return hidden::Rows::pauses;
+  throw core::UsageError("--rows " + name + ": allowed are own, sparse and pauses");
+}
+
 hidden::SpecimenOptions specimen_options(const Options& options, std::uint64_t seed) {
   hidden::SpecimenOptions made;
   made.size_factor = number(options, "size", 0.7);
@@ -146,6 +158,7 @@ hidden::SpecimenOptions specimen_options(const Options& options, std::uint64_t s
   made.tolerance_K = number(options, "tolerance", made.tolerance_K);
   made.seed = seed;
   if (options.count("cache")) made.cache = options.at("cache");
+  if (options.count("rows")) made.rows = rows_named(options.at("rows"));
   return made;
 }
 
@@ -188,7 +201,7 @@ public:
   std::vector<study::Unit> units() const {
     std::string inputs = study::hash_of_case(machine_case_, std::string("hidden_effects 1 ") + THERMOTWIN_VERSION);
     inputs += " " + core::content_hash(core::read_file(options_.at("model"))) + " " + unseen_;
-    for (const char* name : {"size", "refine", "tolerance", "displacement-error", "temperature-error"})
+    for (const char* name : {"size", "refine", "tolerance", "displacement-error", "temperature-error", "rows"})
       inputs += " " + (options_.count(name) ? options_.at(name) : "-");
     for (const std::string& load : loads_) inputs += " " + study::words_of_load(machine_case_, load);
     if (unseen_ != "none") inputs += " " + study::words_of_load(machine_case_, unseen_);
@@ -212,7 +225,8 @@ public:
     beside.inputs = specimen_.followable(draw.load);
     beside.measured_poses = specimen_.measured_poses();
     std::optional<hidden::Record> unaffected;
-    if (set.group == hidden::Group::outside) {
+    beside.diagonal_m = specimen_.diagonal();
+    if (set.group == hidden::Group::outside || set.group == hidden::Group::change) {
       beside.affected = &record.noiseless;
       beside.unaffected = &unaffected.emplace(specimen_.record(other)).noiseless;
     }
@@ -259,6 +273,8 @@ private:
       add(hidden::Group::pair, diagnosis::Kind::none, fmt::format("pair_{}", i));
     for (int i = 0; i < count("outside", 40); ++i)
       add(hidden::Group::outside, diagnosis::Kind::none, fmt::format("outside_{}", i));
+    for (int i = 0; i < count("changes", 0); ++i)
+      add(hidden::Group::change, diagnosis::Kind::none, fmt::format("change_{}", i));
   }
 
   const Options& options_;
@@ -311,6 +327,9 @@ int compute_part(Bank& bank, const std::filesystem::path& folder, const std::str
   return 0;
 }
 
+/// Of all threads.
+double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
+
 int run(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--score") return score(argc - 2, argv + 2);
   const Options options = read_options(argc, argv);
@@ -330,6 +349,7 @@ int run(int argc, char** argv) {
   if (done.empty()) log << hidden::Line::header() << "\n";
   const std::vector<study::Unit> units = bank.units();
   const bool gather = options.count("gather") > 0;
+  const double began = processor_seconds();
   std::vector<std::string> failed;
   for (std::size_t s = 0; s < bank.sets().size(); ++s) {
     const Set& set = bank.sets()[s];
@@ -347,6 +367,10 @@ int run(int argc, char** argv) {
     }
   }
   std::cout << hidden::score(lines);
+  if (const double computed = lines.size() - done.size(); !gather && computed > 0) {
+    std::cout << fmt::format("\nprocessor time of a set, data included, mean of {:.0f}: {:.0f} s\n", computed,
+                             (processor_seconds() - began) / computed);
+  }
   if (failed.empty()) return 0;
   std::cout << fmt::format("\n{} sets are not in the table, since they {}: {}\n", failed.size(),
                            gather ? "failed or have no result" : "failed", fmt::join(failed, ", "));

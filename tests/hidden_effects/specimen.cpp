@@ -256,6 +256,15 @@ VectorXd Specimen::warmth_at(const std::string& body, const Eigen::Vector3d& cen
   return warm_spot(full_, body, centre);
 }
 
+double Specimen::diagonal() const {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+  for (const mesh::TetMesh& body : full_.mesh.bodies) {
+    low = low.cwiseMin(body.points.rowwise().minCoeff());
+    high = high.cwiseMax(body.points.rowwise().maxCoeff());
+  }
+  return (high - low).norm();
+}
+
 std::vector<Followable> Specimen::followable(const std::string& load) const {
   const std::vector<VectorXd> rows = rows_of(case_.load(load), 1.0);
   const solver::Channels channels(case_.machine);
@@ -308,7 +317,9 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
     return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase);
   };
   const double bend = random.uniform(0.85, 1.15);  // heat follows a power of its input
-  const std::vector<double> ends = load.step_ends(options_.refine);
+  // Rows between those of the run are interpolated: the run is finer then.
+  const std::vector<double> ends =
+      load.step_ends(options_.rows == Rows::sparse ? 0.25 * options_.refine : options_.refine);
   std::vector<VectorXd> some_rows;
   for (std::size_t s = 0; s < ends.size(); s += 3) some_rows.push_back(load.row(s > 0 ? ends[s - 1] : 0.0, ends[s]));
   OwnFootprint footprint(full_, right_model, wrong_model, some_rows, spots, uneven);
@@ -403,14 +414,54 @@ double Specimen::effective_value(const Truth& truth, const mesh::Machine& machin
                                : changed + (*here.value - *before.value) / here.per_unit;
 }
 
+Specimen::Run Specimen::logged(Run run, Rows rows, Random& random) {
+  const Index all = run.time.size();
+  const double end = run.time[all - 1];
+  std::vector<double> times;
+  if (rows == Rows::sparse) {
+    for (double time = 0.0; time < end; time += random.uniform(240.0, 360.0)) times.push_back(time);
+    times.push_back(end);
+  } else if (rows == Rows::pauses) {
+    // One in each half, so that they never meet.
+    std::array<std::pair<double, double>, 2> pauses;
+    for (std::size_t i = 0; i < pauses.size(); ++i) {
+      const double length = std::min(random.uniform(1.5, 4.0) * hour, 0.3 * end),
+                   from = 0.5 * end * i + random.uniform(0.05, 0.95) * (0.5 * end - length);
+      pauses[i] = {from, from + length};
+    }
+    for (const double time : run.time) {
+      if (std::none_of(pauses.begin(), pauses.end(), [&](const auto& p) { return time > p.first && time < p.second; }))
+        times.push_back(time);
+    }
+  } else {
+    return run;
+  }
+  Run kept = run;
+  const auto count = std::ssize(times);
+  kept.time = Eigen::Map<const VectorXd>(times.data(), count);
+  for (MatrixXd Run::*values : {&Run::rows, &Run::temperatures, &Run::errors, &Run::volumes})
+    (kept.*values).resize(count, (run.*values).cols());
+  for (Index i = 0; i < count; ++i) {
+    const double* next = std::upper_bound(run.time.data() + 1, run.time.data() + all - 1, times[i]);
+    const Index right = next - run.time.data(), left = right - 1;
+    const double share = std::min(1.0, (times[i] - run.time[left]) / (run.time[right] - run.time[left]));
+    kept.rows.row(i) = run.rows.row(share < 1.0 ? left : right);  // inputs hold over a step
+    for (MatrixXd Run::*values : {&Run::temperatures, &Run::errors, &Run::volumes})
+      (kept.*values).row(i) = (1.0 - share) * (run.*values).row(left) + share * (run.*values).row(right);
+  }
+  return kept;
+}
+
 Record Specimen::record(const Draw& draw, Recording recording) const {
   const bool exact = recording == Recording::exact;
   const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + measured_poses_);
   Random random(draw.seed),
       noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const mesh::Machine machine = machine_of(draw.seed);
-  OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
-  const Run run = this->run(draw, machine, poses, random, outside);
+  OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout,
+                        case_.load(draw.load).duration(), random);
+  Random chance(draw.seed * 104729 + 11);
+  const Run run = logged(this->run(draw, machine, poses, random, outside), exact ? Rows::own : options_.rows, chance);
   Record result;
   for (std::size_t i = 0; i < draw.truths.size();
        ++i) {  // the second one's size is not followed: it wanders about what was drawn

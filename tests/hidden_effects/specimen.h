@@ -43,8 +43,17 @@ struct Truth {
   double value = 0;                ///< of a source_missing: W where its input is as large as in the record
 };
 
-/// Effects that no kind describes.
-enum class Outside { none, hysteretic_joint, humid_film, slipping_cable, jumping_bearing };
+/// Effects that no kind describes; the last three are changes in time and laws that other_law or a step describes.
+enum class Outside {
+  none,
+  hysteretic_joint,
+  humid_film,
+  slipping_cable,
+  jumping_bearing,
+  relubricated_bearing,
+  lost_preload,
+  viscous_bearing
+};
 
 struct Draw {
   std::vector<Truth> truths;  ///< none: a clean set
@@ -71,13 +80,21 @@ struct Followable {
   double most = 1;
 };
 
+/// When the record has rows. @see Specimen::record
+enum class Rows {
+  own,     ///< at the ends of the load's steps
+  sparse,  ///< every 240 to 360 s, none at a change of the inputs but by chance
+  pauses,  ///< own ones, without those of two pauses of 1.5 to 4 h
+};
+
 struct SpecimenOptions {
   double size_factor = 0.7, refine = 1.4;  ///< mesh; rows of the record relative to the load's own steps
   double tolerance_K = 0.03;               ///< of a step, largest error at any node; a few nodes at a bearing have it
   double solved_to = 1e-5;  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
   double noise_K = 0.05, noise_um = 0.3;
   double missing_share = 0.03;  ///< of values; half as many whole rows
-  std::uint64_t seed = 1;       ///< of materials
+  Rows rows = Rows::own;
+  std::uint64_t seed = 1;  ///< of materials
   std::filesystem::path cache;
 
   void validate() const;  ///< @throws InputError
@@ -103,6 +120,7 @@ public:
   /// 1 W on the skin of a body about a place, (size)
   Eigen::VectorXd warmth_at(const std::string& body, const Eigen::Vector3d& centre) const;
   const mesh::MachineMesh& mesh() const { return full_.mesh; }
+  double diagonal() const;  ///< of the box around the machine, m
   Eigen::Index nodes() const { return full_.mesh.nodes(); }
 
 private:
@@ -113,6 +131,8 @@ private:
     Eigen::MatrixXd volumes;                     ///< (n x volumes) degC
     std::optional<double> mean_size;  ///< of the first effect, weighted by what it changes; none: it never acts
   };
+  /// What a logger keeps of it.
+  static Run logged(Run run, Rows rows, Random& random);
   Run run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random,
           OutsideEffect& outside) const;
   mesh::Machine machine_of(std::uint64_t seed) const;
