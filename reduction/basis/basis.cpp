@@ -7,23 +7,43 @@
 
 #include "core/thread_pool.h"
 #include "reduction/linear/lapack.h"
+#include "solver/linear/side_by_side.h"
 
 namespace thermotwin::reduction {
 namespace {
 
 constexpr double hourly_shift = 1.0 / 7200.0;  ///< 1/s
-constexpr Eigen::Index gram_columns = 256, block_columns = 48, chunk_columns = 12;
+constexpr Eigen::Index gram_columns = 256, block_columns = 48;
+constexpr int chunk_columns = 12;
 constexpr double dependent = 1e-13;  ///< of a squared length: 3e-7 of a length
 constexpr double too_short = 1e-9;   ///< of a vector after the others are taken from it
 
 Eigen::Index chunks_of(Eigen::Index columns) { return (columns + chunk_columns - 1) / chunk_columns; }
 
-/// M X
+/// Columns `first` and those after it of M X, M symmetric. Rows of X lie side by side: one pass over M serves them all.
+template <int W>
+void image_of_columns(const solver::SparseMatrix& symmetric, const Eigen::Ref<const Eigen::MatrixXd>& x,
+                      Eigen::Index first, Eigen::MatrixXd& image) {
+  const solver::SideBySide rows = x.middleCols(first, W);
+  const int *outer = symmetric.outerIndexPtr(), *inner = symmetric.innerIndexPtr();
+  const double* value = symmetric.valuePtr();
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    solver::RowSum<W> sum;
+    for (int at = outer[i]; at < outer[i + 1]; ++at) sum.add(value[at], rows.data() + Eigen::Index{W} * inner[at]);
+    double sums[W];
+    sum.put(sums);
+    for (int k = 0; k < W; ++k) image(i, first + k) = sums[k];
+  }
+}
+
+/// M X. @param matrix  symmetric and compressed
 Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
   Eigen::MatrixXd image(x.rows(), x.cols());
   core::parallel_for(0, chunks_of(x.cols()), [&](Eigen::Index c) {
-    const Eigen::Index first = c * chunk_columns, width = std::min(chunk_columns, x.cols() - first);
-    image.middleCols(first, width).noalias() = matrix * x.middleCols(first, width);
+    const Eigen::Index begin = c * chunk_columns, count = std::min(x.cols() - begin, Eigen::Index{chunk_columns});
+    solver::over_columns<chunk_columns>(count, [&](auto width, Eigen::Index first) {
+      image_of_columns<decltype(width)::value>(matrix, x, begin + first, image);
+    });
   });
   return image;
 }
@@ -50,14 +70,11 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
     Eigen::MatrixXd block = vectors.middleCols(first, std::min(block_columns, vectors.cols() - first));
     const Eigen::RowVectorXd before = (block.array() * image_of(capacity, block).array()).colwise().sum().sqrt();
     const Eigen::Index start = count;
-    core::parallel_for(0, chunks_of(block.cols()), [&](Eigen::Index c) {
-      const Eigen::Index at = c * chunk_columns;
-      auto chunk = block.middleCols(at, std::min(chunk_columns, block.cols() - at));
-      for (int pass = 0; pass < 2 && start > 0; ++pass) {
-        const Eigen::MatrixXd image = capacity * chunk, shares = basis.leftCols(start).transpose() * image;
-        chunk.noalias() -= basis.leftCols(start) * shares;
-      }
-    });
+    for (int pass = 0; pass < 2 && start > 0; ++pass) {
+      Eigen::MatrixXd shares(start, block.cols());
+      lapack::transposed_product(basis.leftCols(start), image_of(capacity, block), shares);
+      lapack::subtract_product(basis.leftCols(start), shares, block);
+    }
     for (Eigen::Index j = 0; j < block.cols(); ++j) {
       if (!(before[j] > 0.0)) continue;
       Eigen::VectorXd v = block.col(j), image = capacity * v;
@@ -76,16 +93,13 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
 }
 
 double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& block) {
-  const Eigen::Index chunks = chunks_of(block.cols());
-  Eigen::VectorXd squares(chunks);
-  core::parallel_for(0, chunks, [&](Eigen::Index c) {
-    const Eigen::Index first = c * chunk_columns, width = std::min(chunk_columns, block.cols() - first);
-    const auto chunk = block.middleCols(first, width);
-    const Eigen::MatrixXd image = capacity * chunk;
-    squares[c] = (chunk.array() * image.array()).sum();
-  });
+  double squares = 0.0;
+  for (Eigen::Index first = 0; first < block.cols(); first += gram_columns) {
+    const auto part = block.middleCols(first, std::min(gram_columns, block.cols() - first));
+    squares += (part.array() * image_of(capacity, part).array()).sum();
+  }
   // A sparse matrix's own sum adds in an order that follows from the place of its values in memory.
-  return squares.sum() / Eigen::VectorXd(capacity * Eigen::VectorXd::Ones(capacity.cols())).sum();
+  return squares / Eigen::VectorXd(capacity * Eigen::VectorXd::Ones(capacity.cols())).sum();
 }
 
 solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction) {

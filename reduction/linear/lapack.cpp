@@ -58,6 +58,8 @@ public:
     constexpr Index worthwhile = 1500;
     set_blas_threads(n >= worthwhile ? std::max(1U, std::thread::hardware_concurrency()) : 1);
   }
+  /// For a product of (m x k) and (k x n).
+  ManyCores(Index m, Index n, Index k) : ManyCores(Index(std::cbrt(double(m) * double(n) * double(k)))) {}
   ~ManyCores() { set_blas_threads(1); }
   ManyCores(const ManyCores&) = delete;
   ManyCores& operator=(const ManyCores&) = delete;
@@ -216,25 +218,33 @@ MatrixXd triangle_of_qr(MatrixXd matrix) {
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
   const int m = extent(a.rows()), n = extent(b.cols()), k = extent(a.cols());
-  const ManyCores cores(k);
+  const ManyCores cores(m, n, k);
   MatrixXd c(m, n);
   const double one = 1, zero = 0;
   dgemm_("N", "N", &m, &n, &k, &one, a.data(), &m, b.data(), &k, &zero, c.data(), &m);
   return c;
 }
 
+void subtract_product(const Eigen::Ref<const MatrixXd>& a, const MatrixXd& b, MatrixXd& c) {
+  const int m = extent(a.rows()), n = extent(b.cols()), k = extent(a.cols());
+  const int a_stride = extent(a.outerStride());
+  const ManyCores cores(m, n, k);
+  const double minus_one = -1, one = 1;
+  dgemm_("N", "N", &m, &n, &k, &minus_one, a.data(), &a_stride, b.data(), &k, &one, c.data(), &m);
+}
+
 void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
                         Eigen::Ref<MatrixXd> c) {
   const int m = extent(a.cols()), n = extent(b.cols()), k = extent(a.rows());
   const int a_stride = extent(a.outerStride()), b_stride = extent(b.outerStride()), c_stride = extent(c.outerStride());
-  const ManyCores cores(k);
+  const ManyCores cores(m, n, k);
   const double one = 1, zero = 0;
   dgemm_("T", "N", &m, &n, &k, &one, a.data(), &a_stride, b.data(), &b_stride, &zero, c.data(), &c_stride);
 }
 
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b) {
   const int m = extent(a.rows()), n = extent(b.cols()), k = extent(a.cols());
-  const ManyCores cores(k);
+  const ManyCores cores(m, n, k);
   MatrixXcd c(m, n);
   const Complex one = 1, zero = 0;
   zgemm_("N", "N", &m, &n, &k, &one, a.data(), &m, b.data(), &k, &zero, c.data(), &m);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Dense factorisations of large matrices by LAPACK and the BLAS. Matrices of 1500 rows and more use all cores, smaller
-// ones one core; --threads has no influence, so that results do not depend on it. Not to be called on the thread pool.
+// ones one core; products go by the geometric mean of their three extents. --threads has no influence, so that results
+// do not depend on it. Not to be called on the thread pool.
 // @throws SolverError if LAPACK does not converge
 
 #include <Eigen/Core>
@@ -49,6 +50,8 @@ Svd svd(MatrixXd matrix);
 MatrixXd triangle_of_qr(MatrixXd matrix);
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b);
+/// c -= a b
+void subtract_product(const Eigen::Ref<const MatrixXd>& a, const MatrixXd& b, MatrixXd& c);
 /// c := a^T b
 void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
                         Eigen::Ref<MatrixXd> c);
