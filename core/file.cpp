@@ -12,6 +12,7 @@
 
 #include "core/character.h"
 #include "core/error.h"
+#include "core/folder_guard.h"
 #include "core/process.h"
 
 namespace thermotwin::core {
@@ -25,6 +26,7 @@ std::string why(int error_number) {
 }
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what, int error_number) {
+  if (what != "read") require_not_lost(path);  // the reason, if it went away meanwhile
   throw InputError(
       path.string(), fmt::format("cannot be {}: {}", what, why(error_number)),
       what == "read" ? "an existing file with read permission" : "a folder with free space and write permission");
@@ -73,6 +75,7 @@ void write_all(const fs::path& path, const fs::path& name_in_messages, std::stri
 }
 
 void make_folder_of(const fs::path& path) {
+  require_not_lost(path);
   const fs::path folder = path.parent_path();
   if (folder.empty()) return;
   std::error_code error;
@@ -161,6 +164,7 @@ void write_file_by(const fs::path& path, const std::function<void(const fs::path
 
 void write_files_by(const fs::path& folder,
                     const std::function<std::vector<fs::path>(const fs::path& staged)>& writer) {
+  require_not_lost(folder);
   // Within the folder, so that moving the files is no copy.
   const UnfinishedPath staged(folder / "");
   std::error_code error;

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/folder_guard.h"
 #include "core/progress.h"
 
 namespace thermotwin::core {
@@ -44,6 +45,7 @@ bool is_same(int file, const fs::path& path) {
 }  // namespace
 
 FolderLock::FolderLock(const fs::path& folder) {
+  require_not_lost(folder);
   std::error_code error;
   fs::create_directories(folder, error);
   const fs::path path = folder / "lock";

@@ -41,7 +41,7 @@ UnitFiles files_of(const std::string& stamp) {
 }  // namespace
 
 void claim_folder(const fs::path& study, const fs::path& plan) {
-  const fs::path note = study / "plan.path", own = fs::canonical(plan);
+  const fs::path note = study / origin_note, own = fs::canonical(plan);
   if (fs::exists(note)) {
     std::string other = core::read_file(note);
     while (!other.empty() && other.back() == '\n') other.pop_back();

@@ -17,6 +17,9 @@ namespace thermotwin::study {
 /// Names of the results of a unit, relative to its folder.
 using UnitFiles = std::vector<std::filesystem::path>;
 
+/// In the folder of a study, from its beginning on: the path of its plan or case.
+inline constexpr const char* origin_note = "plan.path";
+
 /// Notes in the folder of a study which plan or case it is of.
 /// @throws InputError, with both paths, if it is of another one that still exists
 void claim_folder(const std::filesystem::path& study, const std::filesystem::path& plan);

@@ -65,6 +65,71 @@ private:
   Words plain_, study_;
 };
 
+/// Studies whose --out is renamed while they run, as if a share were no longer mounted.
+class LostFolder : public UnitsOf {
+protected:
+  void SetUp() override { toy_.edit("loads/warm_up.toml", "time_step_s = 120", "time_step_s = 20"); }
+
+  /// Renames --out once the study has left this checkpoint. @param more  words of the study
+  Result renamed_at(const std::string& checkpoint, const Words& more) const {
+    fs::remove(find(toy_.out(), checkpoint));
+    Program program(joined(more, {"--quiet", "--out", toy_.out()}));
+    while (find(toy_.out(), checkpoint).empty() && program.is_running()) program.ends_within(0.002);
+    fs::rename(toy_.out(), away());
+    return program.wait();
+  }
+  void expect_refused(const Result& of) const {
+    EXPECT_EQ(of.status, 3) << of.err;
+    EXPECT_SAYS(of.err, toy_.out() + ": the folder has gone away");
+    EXPECT_FALSE(fs::exists(toy_.out()));
+    EXPECT_EQ(find(away() / "study", "done"), fs::path());
+  }
+  fs::path away() const { return fs::path(toy_.out()).parent_path() / "away"; }
+};
+
+TEST_F(LostFolder, IsNotMadeAnewByVariants) {
+  toy_.write("../plan.toml",
+             "schema = 1\ncase = \"toy\"\nloads = [\"warm_up\"]\nsamples = 4\nblock = 2\n[[parameter]]\n"
+             "kind = \"source_power\"\nwhere = \"*\"\n");
+  const Words words{"study", "variants", toy_.file("../plan.toml")};
+  // Found by the tables of a unit, and by its checkpoints.
+  expect_refused(renamed_at("checkpoint.bin", joined(words, {"--checkpoint-every", "1000"})));
+  fs::rename(away(), toy_.out());
+  expect_refused(renamed_at("checkpoint.bin", joined(words, {"--part", "0/1", "--checkpoint-every", "0"})));
+  // Back in its place, it goes on.
+  fs::rename(away(), toy_.out());
+  EXPECT_EQ(toy_.run(joined(words, {"--quiet"})).status, 0);
+  // Of another study by now.
+  Program program(joined(words, {"--quiet", "--out", toy_.out() + "2", "--checkpoint-every", "0"}));
+  const fs::path note = toy_.out() + "2/study/plan/plan.path";
+  while (find(toy_.out() + "2", "checkpoint.bin").empty() && program.is_running()) program.ends_within(0.002);
+  std::ofstream(note) << "/another/plan.toml\n";
+  const Result other = program.wait();
+  EXPECT_EQ(other.status, 3);
+  EXPECT_SAYS(other.err, note.string() + " is missing or another");
+}
+
+TEST_F(LostFolder, IsNotMadeAnewByCampaign) {
+  expect_refused(renamed_at("checkpoint_warm_up.bin", {"study", "campaign", toy_.path(), "--load", "warm_up"}));
+}
+
+TEST_F(LostFolder, IsNotMadeAnewByValidate) {
+  expect_refused(renamed_at("checkpoint_mixed.bin", {"study", "validate", toy_.path(), "--model", toy_model(),
+                                                     "--draws", "1", "--load", "mixed", "--checkpoint-every", "0"}));
+}
+
+TEST_F(LostFolder, IsNotGathered) {
+  toy_.write("../plan.toml", "schema = 1\ncase = \"toy\"\n");
+  for (const Words& words :
+       {Words{"study", "variants", toy_.file("../plan.toml")}, Words{"study", "campaign", toy_.path()},
+        Words{"study", "validate", toy_.path(), "--model", toy_model()}}) {
+    const Result made = toy_.run(joined(words, {"--gather", "--quiet"}));
+    EXPECT_EQ(made.status, 3) << words[1];
+    EXPECT_SAYS(made.err, "no study was begun here");
+    EXPECT_FALSE(fs::exists(toy_.out())) << words[1];
+  }
+}
+
 class StudyCampaign : public UnitsOf {
 protected:
   void SetUp() override {

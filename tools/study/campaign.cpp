@@ -62,8 +62,7 @@ public:
   }
 
   void carry_out() {
-    require_writable(study_.folder);
-    study::claim_folder(study_.folder, machine_case_.folder);
+    open_study(options_.cluster, study_.folder, machine_case_.folder);
     tools::carry_out(options_, options_.cluster, study_);
   }
 

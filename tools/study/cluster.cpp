@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/folder_guard.h"
 #include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/quoted.h"
@@ -56,8 +57,18 @@ void require_some(const UnitStudy& study, const study::Work& work) {
 
 }  // namespace
 
+void open_study(const ClusterOptions& cluster, const fs::path& folder, const fs::path& origin) {
+  if (cluster.gather && !fs::exists(folder / study::origin_note)) {
+    throw core::InputError(folder.string(), "no study was begun here, so there is nothing to gather",
+                           "the --out that the units were computed in; is it mounted?");
+  }
+  require_writable(folder);
+  study::claim_folder(folder, origin);
+}
+
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
   const Stopwatch time;
+  const core::FolderGuard guard(options.out, study.folder / study::origin_note);
   if (cluster.slurm) return write_scripts(options, cluster, study);
   if (const auto stale = study::stale_units(study.folder, study.units); !stale.empty()) {
     core::warn(fmt::format("{} units in {} belong to another plan, machine, model or version; they are not used",

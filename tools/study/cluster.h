@@ -23,9 +23,15 @@ struct UnitStudy {
   std::function<void(const study::Work&)> gather;  ///< makes the study's results from the units that are done
 };
 
+/// Before the units are made: a study that is only gathered has to be there; another one gets its folder, which is of
+/// this plan or case alone. @param folder  of the study
+/// @throws InputError if there is no such study, or the folder is of another one or cannot be written
+void open_study(const ClusterOptions& cluster, const std::filesystem::path& folder,
+                const std::filesystem::path& origin);
+
 /// Computes the units and gathers their results, computes the units of one part of an array job, only gathers, or
-/// writes the scripts for Slurm.
-/// @throws SolverError or InputError if no unit can be computed
+/// writes the scripts for Slurm. Nothing is written once the study's folder has gone away.
+/// @throws SolverError or InputError if no unit can be computed; InputError for a folder that has gone away
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study);
 
 /// @return whether all units are computed here, and no other host takes part

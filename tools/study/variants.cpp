@@ -241,8 +241,7 @@ void study_variants(const StudyVariantsOptions& given) {
   UnitStudy of;
   of.origin = plan.path;
   of.folder = options.out / "study" / plan.name();
-  require_writable(of.folder);
-  study::claim_folder(of.folder, options.plan);
+  open_study(options.cluster, of.folder, options.plan);
   study::UnitOrigin origin{THERMOTWIN_VERSION, "full"};
   std::optional<reduction::ReducedModel> model;
   std::string computed_by = "every unknown of the mesh";
