@@ -57,10 +57,14 @@ void claim_folder(const fs::path& study, const fs::path& plan) {
 
 fs::path unit_folder(const fs::path& study, const Unit& unit) { return study / "units" / unit.id; }
 
+bool has_result(const fs::path& study, const Unit& unit) {
+  std::error_code error;
+  return fs::exists(unit_folder(study, unit) / done_file, error);
+}
+
 bool is_done(const fs::path& study, const Unit& unit) {
   const fs::path folder = unit_folder(study, unit);
-  std::error_code error;
-  if (!fs::exists(folder / done_file, error)) return false;
+  if (!has_result(study, unit)) return false;
   try {
     const std::string noted = core::read_file(folder / done_file);
     return noted == stamp(folder, unit, files_of(noted));

@@ -26,6 +26,9 @@ void claim_folder(const std::filesystem::path& study, const std::filesystem::pat
 
 std::filesystem::path unit_folder(const std::filesystem::path& study, const Unit& unit);
 
+/// Whether the unit was finished once; its files are not looked at.
+bool has_result(const std::filesystem::path& study, const Unit& unit);
+
 /// Whether the unit's files are complete and unchanged.
 bool is_done(const std::filesystem::path& study, const Unit& unit);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <utility>
 
 #include "core/error.h"
@@ -17,6 +18,7 @@
 #include "solver/linear/available_memory.h"
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/integrator.h"
+#include "study/units/resources.h"
 #include "study/units/unit_work.h"
 #include "study/variants/variant_recorder.h"
 
@@ -35,11 +37,14 @@ namespace {
 
 /// Vectors of the size of the unknowns that a block keeps for each variant, without recycled ones.
 constexpr double vectors_per_variant = 16.0;
-constexpr double bytes_per_number = 14.0;  // of a table, with its comma
 
-void require_memory(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index size, int recycled) {
-  const double need = static_cast<double>(unit.variants.size()) * static_cast<double>(size) *
-                      (vectors_per_variant + 2.0 * recycled) * sizeof(double);
+double block_bytes(const VariantUnit& unit, Eigen::Index size, int recycled) {
+  return static_cast<double>(unit.variants.size()) * static_cast<double>(size) *
+         (vectors_per_variant + 2.0 * recycled) * sizeof(double);
+}
+
+void require_memory_of(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index size, int recycled) {
+  const double need = block_bytes(unit, size, recycled);
   const double available = static_cast<double>(solver::available_memory());
   if (need <= 0.9 * available) return;
   throw core::InputError(fmt::format("{} block", plan.path.string()),
@@ -101,7 +106,7 @@ std::vector<VariantTables> VariantRunner::on_full_model(const VariantUnit& unit,
     full_ = std::make_unique<Full>(Full{unit.matrices, std::move(model), std::move(poses), std::move(rows)});
   }
   const solver::ThermalSystem& thermal = full_->model.thermal;
-  require_memory(plan_, unit, thermal.size, options_.recycled);
+  require_memory_of(plan_, unit, thermal.size, options_.recycled);
   const solver::LoadProgram program = plan_.machine_case.load(unit.load);
   std::vector<solver::OperatingModel> operating;
   operating.reserve(unit.variants.size());
@@ -143,26 +148,31 @@ std::vector<VariantTables> VariantRunner::on_full_model(const VariantUnit& unit,
   return recorder.take();
 }
 
-double disk_need(const StudyPlan& plan, const Design& design) {
+double disk_need(const StudyPlan& plan, const VariantUnit& unit) {
   const mesh::Machine& machine = plan.machine_case.machine;
   const auto poses = static_cast<double>(mesh::workspace_poses(machine).size());
   const double per_row = static_cast<double>(7 + machine.axes.size());
-  double numbers = 0.0;
-  for (const std::string& load : plan.loads) {
-    const auto outputs = static_cast<double>(plan.machine_case.load(load).output_times().size());
-    numbers += outputs * (poses * per_row + static_cast<double>(machine.sensors.size()) + 1.0);
-  }
-  return bytes_per_number * numbers * static_cast<double>(design.variants.size());
+  const auto outputs = static_cast<double>(plan.machine_case.load(unit.load).output_times().size());
+  return static_cast<double>(unit.variants.size()) *
+         table_bytes(outputs * (poses * per_row + static_cast<double>(machine.sensors.size()) + 1.0));
 }
 
-void require_disk(const fs::path& study, double bytes) {
-  std::error_code error;
-  const fs::space_info space = fs::space(study, error);
-  if (error || static_cast<double>(space.available) >= bytes) return;
-  throw core::InputError(study.string(),
-                         fmt::format("the tables take {:.2f} GiB, {:.2f} GiB are available", bytes / 1073741824.0,
-                                     static_cast<double>(space.available) / 1073741824.0),
-                         "a disk with room for them, or fewer variants");
+MemoryWanted memory_need(const StudyPlan& plan, const std::vector<VariantUnit>& units,
+                         const std::vector<std::size_t>& pending, const RunnerOptions& options) {
+  const mesh::Machine& machine = plan.machine_case.machine;
+  std::map<std::string, Eigen::Index> nodes;
+  MemoryWanted most;
+  for (const std::size_t u : pending) {
+    const VariantUnit& unit = units[u];
+    if (!nodes.contains(unit.size))
+      nodes[unit.size] = nodes_of_mesh(machine, mesh::size_factor(machine, unit.size), options.cache);
+    const double bytes = model_bytes(nodes[unit.size]) + block_bytes(unit, nodes[unit.size], options.recycled);
+    if (bytes <= most.bytes) continue;
+    most.bytes = bytes;
+    most.words = fmt::format("{} variants of {} nodes", unit.variants.size(), nodes[unit.size]);
+    most.remedy = "more memory, a smaller block in the plan, or a coarser size";
+  }
+  return most;
 }
 
 }  // namespace thermotwin::study

@@ -15,6 +15,7 @@
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/full_model.h"
 #include "study/plan/design.h"
+#include "study/units/resources.h"
 #include "study/variants/variant_unit.h"
 
 namespace thermotwin::study {
@@ -54,10 +55,11 @@ private:
   std::unique_ptr<Full> full_;  ///< of the matrices that were used last
 };
 
-/// Estimated size of the tables of all units on disk, bytes.
-double disk_need(const StudyPlan& plan, const Design& design);
+/// Estimated size of the unit's tables on disk, bytes.
+double disk_need(const StudyPlan& plan, const VariantUnit& unit);
 
-/// @throws InputError if the disk has no room for it
-void require_disk(const std::filesystem::path& study, double bytes);
+/// Of the unit among these that needs most on the full model. Meshes each size that they have.
+MemoryWanted memory_need(const StudyPlan& plan, const std::vector<VariantUnit>& units,
+                         const std::vector<std::size_t>& pending, const RunnerOptions& options);
 
 }  // namespace thermotwin::study

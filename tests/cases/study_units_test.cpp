@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "core/file.h"
 #include "tests/cases/program.h"
 #include "tests/cases/toy.h"
 
@@ -128,6 +129,85 @@ TEST_F(LostFolder, IsNotGathered) {
     EXPECT_SAYS(made.err, "no study was begun here");
     EXPECT_FALSE(fs::exists(toy_.out())) << words[1];
   }
+}
+
+/// Studies for which the disk or the memory is too little.
+class TooLittle : public ::testing::Test {
+protected:
+  void SetUp() override {
+    toy_.write("../plan.toml",
+               "schema = 1\ncase = \"toy\"\nloads = [\"warm_up\"]\nsamples = 1000\nblock = 1000\n[[parameter]]\n"
+               "kind = \"source_power\"\nwhere = \"*\"\n");
+  }
+  std::vector<Words> studies() const {
+    return {{"study", "variants", toy_.file("../plan.toml")},
+            {"study", "campaign", toy_.path()},
+            {"study", "validate", toy_.path(), "--model", toy_model(), "--draws", "20"}};
+  }
+  bool has_units() const { return !find(toy_.out(), "units").empty(); }
+  /// A shell command for the program, on a file system of 128 KiB.
+  static Result on_small_disk(const Words& words, const fs::path& disk) {
+    std::string command = "mount -t tmpfs -o size=128k none '" + disk.string() + "' || exit 77; '";
+    command += THERMOTWIN_PROGRAM;
+    for (const std::string& word : words) command += "' '" + word;
+    command += "' --out '" + disk.string() + "/out' --quiet 2>'" + disk.string() + ".said'; status=$?; find '" +
+               disk.string() + "' -name units >>'" + disk.string() + ".said'; exit $status";
+    core::write_file(disk.string() + ".sh", command);
+    const std::string all = "unshare -rm bash '" + disk.string() + ".sh' 2>/dev/null";
+    Result result;
+    result.status = WEXITSTATUS(std::system(all.c_str()));
+    if (result.status == 3) result.err = read(disk.string() + ".said");
+    return result;
+  }
+
+  Toy toy_;
+};
+
+TEST_F(TooLittle, DiskIsSaidBeforeTheFirstUnit) {
+  const core::TemporaryFolder folder;
+  fs::create_directories(folder / "disk");
+  if (std::system("unshare -rm true 2>/dev/null") != 0) GTEST_SKIP() << "no namespaces of one's own here";
+  for (const Words& words : studies()) {
+    for (const Words& more : {Words{"--local"}, Words{"--slurm"}, Words{"--part", "0/1"}}) {
+      const Result made = on_small_disk(joined(words, more), folder / "disk");
+      EXPECT_EQ(made.status, 3) << words[1] << more[0];
+      EXPECT_SAYS(made.err, "the tables take ") << words[1] << more[0];
+      EXPECT_EQ(made.err.find("units"), std::string::npos) << made.err;
+    }
+  }
+}
+
+TEST_F(TooLittle, MemoryOfATaskIsSaidBeforeTheScripts) {
+  for (const Words& words : studies()) {
+    const Result made = toy_.run(joined(words, {"--slurm", "--task-memory", "0.01", "--quiet"}));
+    EXPECT_EQ(made.status, 3) << words[1];
+    EXPECT_SAYS(made.err, "--task-memory: ");
+    EXPECT_SAYS(made.err, "0.01 GiB of memory are available") << words[1];
+    EXPECT_EQ(find(toy_.out(), "submit.sh"), fs::path()) << words[1];
+  }
+  const Result enough = toy_.run(joined(studies().front(), {"--slurm", "--task-memory", "64", "--quiet"}));
+  EXPECT_EQ(enough.status, 0) << enough.err;
+}
+
+TEST_F(TooLittle, MemoryIsSaidBeforeTheFirstUnit) {
+  toy_.edit("../plan.toml", "samples", "size = \"0.25\"\nsamples");
+  Surroundings small;
+  small.memory = std::uint64_t{1500} << 20;
+  for (const Words& more : {Words{"--local"}, Words{"--part", "0/1"}}) {
+    const Result made = toy_.run(joined(studies().front(), joined(more, {"--quiet", "--threads", "1"})), small);
+    EXPECT_EQ(made.status, 3) << made.err;
+    EXPECT_SAYS(made.err, "1000 variants of ");
+    EXPECT_SAYS(made.err, "GiB of memory are available");
+    EXPECT_FALSE(has_units());
+  }
+}
+
+TEST_F(TooLittle, FinishedUnitsNeedNothing) {
+  toy_.edit("../plan.toml", "samples = 1000", "samples = 2");
+  const Words words = joined(studies().front(), {"--quiet"});
+  ASSERT_EQ(toy_.run(words).status, 0);
+  const Result again = toy_.run(joined(words, {"--slurm", "--task-memory", "0.01"}));
+  EXPECT_EQ(again.status, 0) << again.err;
 }
 
 class StudyCampaign : public UnitsOf {

@@ -14,9 +14,12 @@
 #include "core/file.h"
 #include "core/quoted.h"
 #include "core/text.h"
+#include "mesh/machine/kinematics.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/files.h"
 #include "solver/campaign/simulation.h"
+#include "solver/elastic/tcp.h"
+#include "study/units/resources.h"
 #include "tools/campaign.h"
 #include "tools/chain.h"
 #include "tools/page.h"
@@ -58,6 +61,14 @@ public:
     study_.units = campaign_units(options, machine_case_, blocks_);
     study_.command = words();
     study_.compute = [this](std::size_t unit, const fs::path& folder) { return compute(unit, folder); };
+    study_.disk_bytes = [this](std::size_t unit) { return disk_bytes(unit); };
+    study_.memory = [this](const std::vector<std::size_t>&) {
+      const mesh::Machine& machine = machine_case_.machine;
+      const Eigen::Index nodes =
+          study::nodes_of_mesh(machine, mesh::size_factor(machine, machine_case_.size), options_.out / "cache");
+      return study::MemoryWanted{study::model_bytes(nodes), fmt::format("{} nodes", nodes),
+                                 "more memory, or a coarser --size"};
+    };
     study_.gather = [this](const study::Work& work) { gather(work); };
   }
 
@@ -73,6 +84,18 @@ private:
                     options_.checkpoint_every_s, mesh_words(options_.size, options_.mesh_order, options_.solver));
     for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
     return words;
+  }
+
+  /// Tables in the unit's folder, and their copies in campaign/.
+  double disk_bytes(std::size_t unit) const {
+    const mesh::Machine& machine = machine_case_.machine;
+    const auto poses = static_cast<double>(mesh::workspace_poses(machine).size());
+    const auto per_pose = static_cast<double>(1 + machine.axes.size() + solver::tcp_columns().size());
+    const auto others = static_cast<double>(1 + machine.sensors.size());
+    double bytes = 0;
+    for (const solver::LoadProgram* load : blocks_[unit])
+      bytes += 2.0 * study::table_bytes(static_cast<double>(load->output_times().size()) * (poses * per_pose + others));
+    return bytes;
   }
 
   /// Units share one attempt to make it.

@@ -15,6 +15,7 @@
 #include "core/progress.h"
 #include "core/quoted.h"
 #include "core/text.h"
+#include "solver/linear/available_memory.h"
 #include "study/units/slurm.h"
 #include "tools/chain.h"
 #include "tools/page.h"
@@ -26,6 +27,20 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int most_tasks = 200;
+
+/// For the units that are left, before the first of them. Tasks of an array job have --task-memory each.
+void require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
+  const auto pending = study::pending_units(study.folder, study.units, study::part_of(cluster.part));
+  if (pending.empty()) return;
+  double bytes = 0;
+  for (const std::size_t u : pending) bytes += study.disk_bytes(u);
+  study::require_disk(study.folder, bytes);
+  const study::MemoryWanted memory = study.memory(pending);
+  if (cluster.slurm)
+    study::require_memory(memory, "--task-memory", 1073741824.0 * cluster.task_memory_GiB);
+  else
+    study::require_memory(memory, study.origin.string(), solver::available_memory());
+}
 
 void write_scripts(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
   study::SlurmJob job;
@@ -69,6 +84,7 @@ void open_study(const ClusterOptions& cluster, const fs::path& folder, const fs:
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
   const Stopwatch time;
   const core::FolderGuard guard(options.out, study.folder / study::origin_note);
+  if (!cluster.gather) require_resources(cluster, study);
   if (cluster.slurm) return write_scripts(options, cluster, study);
   if (const auto stale = study::stale_units(study.folder, study.units); !stale.empty()) {
     core::warn(fmt::format("{} units in {} belong to another plan, machine, model or version; they are not used",

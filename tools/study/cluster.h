@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "study/units/resources.h"
 #include "study/units/unit.h"
 #include "study/units/unit_files.h"
 #include "study/units/unit_work.h"
@@ -20,6 +21,9 @@ struct UnitStudy {
   std::string command;           ///< words after `thermotwin` that repeat the study, quoted for a shell
   std::vector<study::Unit> units;
   study::ComputeUnit compute;
+  std::function<double(std::size_t unit)> disk_bytes;  ///< of a unit's tables
+  /// Of the unit among these that needs most memory.
+  std::function<study::MemoryWanted(const std::vector<std::size_t>& units)> memory;
   std::function<void(const study::Work&)> gather;  ///< makes the study's results from the units that are done
 };
 
@@ -30,8 +34,10 @@ void open_study(const ClusterOptions& cluster, const std::filesystem::path& fold
                 const std::filesystem::path& origin);
 
 /// Computes the units and gathers their results, computes the units of one part of an array job, only gathers, or
-/// writes the scripts for Slurm. Nothing is written once the study's folder has gone away.
-/// @throws SolverError or InputError if no unit can be computed; InputError for a folder that has gone away
+/// writes the scripts for Slurm. Nothing is written once the study's folder has gone away,
+/// and no unit is begun if disk or memory are too little for those that are left.
+/// @throws SolverError or InputError if no unit can be computed; InputError for a folder that has gone away, too little
+///   disk or memory
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study);
 
 /// @return whether all units are computed here, and no other host takes part

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/quoted.h"
+#include "study/units/resources.h"
 #include "tools/chain.h"
 #include "tools/page.h"
 #include "tools/study/cluster.h"
@@ -36,6 +37,13 @@ public:
     study_.units = units();
     study_.command = words();
     study_.compute = [this](std::size_t unit, const fs::path& folder) { return compute(unit, folder); };
+    study_.disk_bytes = [this](std::size_t unit) { return disk_bytes(unit); };
+    study_.memory = [this](const std::vector<std::size_t>&) {
+      const Eigen::Index nodes =
+          study::nodes_of_mesh(machine_case_.machine, settings_.machine.size_factor, settings_.machine.mesh_cache);
+      return study::MemoryWanted{study::model_bytes(nodes), fmt::format("measured machines of {} nodes", nodes),
+                                 "more memory, or a larger --measured-size"};
+    };
     study_.gather = [this](const study::Work&) { gather(); };
   }
 
@@ -59,6 +67,16 @@ private:
       units.push_back({core::content_hash(inputs), fmt::format("machine {} (seed {})", draw + 1, machine.seed)});
     }
     return units;
+  }
+
+  /// Measurements in the unit's folder, and their copies in measured/.
+  double disk_bytes(std::size_t unit) const {
+    const mesh::Machine& machine = machine_case_.machine;
+    const auto channels = static_cast<double>(1 + machine.sensors.size() + 3 * machine_case_.check_points.size());
+    double rows = 0;
+    for (const compensation::MeasuredLoad& load : measured_loads(options_, machine_case_, settings_, seed_of(unit)))
+      rows += static_cast<double>(load.program.output_times().size());
+    return 2.0 * study::table_bytes(rows * channels);
   }
 
   std::string words() const {

@@ -255,7 +255,6 @@ void study_variants(const StudyVariantsOptions& given) {
   of.command = fmt::format("study variants {} --checkpoint-every {:g} --solver {}",
                            core::shell_word(fs::absolute(options.plan)), options.checkpoint_every_s, options.solver);
   if (options.reduced) of.command += " --reduced --model " + core::shell_word(fs::absolute(options.model));
-  if (is_local(options.cluster)) study::require_disk(of.folder, study::disk_need(plan, design));
   study::RunnerOptions how;
   how.cache = options.out / "cache";
   how.solver = solver::solver_choice(options.solver, "--solver");
@@ -263,6 +262,10 @@ void study_variants(const StudyVariantsOptions& given) {
   how.checkpoint_s = options.checkpoint_every_s;
   study::VariantRunner runner(plan, design, how);
   of.compute = computing(runner, units, options.reduced);
+  of.disk_bytes = [&](std::size_t unit) { return study::disk_need(plan, units[unit]); };
+  of.memory = [&](const std::vector<std::size_t>& pending) {
+    return options.reduced ? study::MemoryWanted{} : study::memory_need(plan, units, pending, how);
+  };
   of.gather = [&](const study::Work& work) {
     gather_variants(options, plan, design, units, of, computed_by, work, time);
   };
