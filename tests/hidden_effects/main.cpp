@@ -15,6 +15,7 @@
 #include "bank.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/folder_guard.h"
 #include "core/quoted.h"
 #include "core/thread_pool.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -136,6 +137,8 @@ double number(const Options& options, const std::string& name, double otherwise)
   return value;
 }
 
+std::uint64_t seed_of(const Options& options) { return static_cast<std::uint64_t>(number(options, "seed", 1000)); }
+
 solver::Case read_case(const Options& options) {
   solver::Case machine_case = solver::read_case(options.at("case"));
   machine_case.machine.order = static_cast<int>(number(options, "mesh-order", machine_case.machine.order));
@@ -182,7 +185,7 @@ class Bank {
 public:
   explicit Bank(const Options& options)
       : options_(options),
-        seed_(static_cast<std::uint64_t>(number(options, "seed", 1000))),
+        seed_(seed_of(options)),
         machine_case_(read_case(options)),
         model_(reduction::read_model(options.at("model"))),
         specimen_(machine_case_, specimen_options(options, seed_)),
@@ -194,7 +197,6 @@ public:
     add_sets();
   }
 
-  std::uint64_t seed() const { return seed_; }
   const std::vector<Set>& sets() const { return sets_; }
 
   /// One a set.
@@ -308,8 +310,18 @@ void write_scripts(const Options& options, const std::filesystem::path& folder, 
                            (job.folder / "submit.sh").string());
 }
 
+/// Before a file is written: to gather, the units' folder has to be there; else it is that of this case.
+/// @throws InputError
+void open_units(const Options& options, const std::filesystem::path& folder) {
+  if (options.count("gather") == 0) return study::claim_folder(folder, options.at("case"));
+  if (std::filesystem::exists(folder / study::origin_note)) return;
+  throw core::InputError(folder.string(), "no study was begun here, so there is nothing to gather",
+                         "the --out of the units; is it mounted?");
+}
+
 /// Records of the part, each in its unit; one that fails is named, and the others go on.
 int compute_part(Bank& bank, const std::filesystem::path& folder, const std::string& part) {
+  const core::FolderGuard guard(folder, folder / study::origin_note);
   const study::Work work =
       study::compute(folder, bank.units(), study::part_of(part),
                      [&](std::size_t unit, const std::filesystem::path& own) -> study::UnitFiles {
@@ -334,13 +346,15 @@ int run(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--score") return score(argc - 2, argv + 2);
   const Options options = read_options(argc, argv);
   if (options.count("threads")) core::set_thread_count(static_cast<int>(number(options, "threads", 0)));
+  const bool gather = options.count("gather") > 0;
+  const std::filesystem::path out = options.at("out"), folder = out / fmt::format("bank_{}", seed_of(options));
+  if (gather || options.count("slurm") > 0 || options.count("part") > 0) open_units(options, folder);
   Bank bank(options);
-  const std::filesystem::path out = options.at("out"), folder = out / fmt::format("bank_{}", bank.seed());
   if (options.count("slurm")) return write_scripts(options, folder, bank.sets().size()), 0;
   if (options.count("part")) return compute_part(bank, folder, options.at("part"));
 
   std::filesystem::create_directories(out);
-  const std::filesystem::path file = out / fmt::format("bank_{}.tsv", bank.seed());
+  const std::filesystem::path file = out / fmt::format("bank_{}.tsv", seed_of(options));
   std::vector<hidden::Line> lines;
   std::set<std::string> done;
   for (hidden::Line& line : read_lines(file))
@@ -348,7 +362,6 @@ int run(int argc, char** argv) {
   std::ofstream log(file, std::ios::app);
   if (done.empty()) log << hidden::Line::header() << "\n";
   const std::vector<study::Unit> units = bank.units();
-  const bool gather = options.count("gather") > 0;
   const double began = processor_seconds();
   std::vector<std::string> failed;
   for (std::size_t s = 0; s < bank.sets().size(); ++s) {
