@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -144,48 +145,83 @@ TEST_F(StudyVariants, AreThoseOfSeparateRuns) {
   }
 }
 
-TEST_F(StudyVariants, FindTheSensitivitiesOfALinearMachine) {
-  // The error is linear in the powers: one at a time tells what each is worth.
-  std::string one_at_a_time, drawn = "samples = 40\nseed = 3\n";
-  const std::string machine = read(toy_.file("machine.toml"));
-  std::vector<std::string> ids;
-  for (std::size_t at = machine.find("[[source]]"); at != std::string::npos; at = machine.find("[[source]]", at + 1)) {
-    const auto from = machine.find("id = \"", at) + 6;
-    ids.push_back(machine.substr(from, machine.find('"', from) - from));
+/// Powers of the affine toy. Its error is linear in them: one at a time tells what each is worth.
+class StudyPowers : public StudyVariants {
+protected:
+  void know() {
+    const std::string machine = read(toy_.file("machine.toml"));
+    for (std::size_t at = machine.find("[[source]]"); at != std::string::npos;
+         at = machine.find("[[source]]", at + 1)) {
+      const auto from = machine.find("id = \"", at) + 6;
+      ids_.push_back(machine.substr(from, machine.find('"', from) - from));
+    }
+    ASSERT_GE(ids_.size(), 3U);
+    std::string one_at_a_time;
+    for (const std::string& id : ids_)
+      one_at_a_time += fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nvalues = [1.0, 2.0]\n", id);
+    ASSERT_EQ(run(one_at_a_time, {}, "single").status, 0);
+    double sum = 0.0;
+    const int combinations = 1 << ids_.size();
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      const int variant = 1 + (combinations >> (i + 1));  // the last parameter is the fastest
+      double square = 0.0;
+      for (int k = 0; k < 3; ++k)
+        square += (tcp(variant, "single").column(errors[k]) - tcp(1, "single").column(errors[k])).squaredNorm();
+      worth_.push_back(std::sqrt(square));
+    }
+    for (std::size_t i = 0; i < ids_.size(); ++i) shares_.push_back(std::pow(worth_[i] * std_of(i), 2));
+    for (const double share : shares_) sum += share;
+    for (double& share : shares_) share /= sum;
   }
-  ASSERT_GE(ids.size(), 3U);
-  const double std_of[] = {0.10, 0.20, 0.05, 0.15};
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    one_at_a_time +=
-        fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nvalues = [1.0, 2.0]\n", ids[i]);
-    drawn += fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nstd_percent = {}\n", ids[i],
-                         100.0 * std_of[i % 4]);
+  /// Of the factor on a power.
+  virtual double std_of(std::size_t power) const {
+    constexpr double of[] = {0.10, 0.20, 0.05, 0.15};
+    return of[power % 4];
   }
-  ASSERT_EQ(run(one_at_a_time, {}, "single").status, 0);
-  std::vector<double> squares;
-  double sum = 0.0;
-  const int combinations = 1 << ids.size();
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const int variant = 1 + (combinations >> (i + 1));  // the last parameter is the fastest
-    double square = 0.0;
-    for (int k = 0; k < 3; ++k)
-      square += (tcp(variant, "single").column(errors[k]) - tcp(1, "single").column(errors[k])).squaredNorm();
-    squares.push_back(square * std::pow(std_of[i % 4], 2));
-    sum += squares.back();
+  std::string drawn(const std::string& how) const {
+    std::string text = how;
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      text += fmt::format("[[parameter]]\nkind = \"source_power\"\nwhere = \"{}\"\nstd_percent = {}\n", ids_[i],
+                          100.0 * std_of(i));
+    }
+    return text;
   }
-  const Result made = run(drawn, {}, "drawn");
+  struct Row {
+    std::string parameter;
+    double first = 0, first_low = 0, first_high = 0, total = 0, total_low = 0, total_high = 0;
+  };
+  std::vector<Row> sensitivities(const std::string& name) const {
+    std::istringstream table(read(study(name) / "coarse/short/sensitivities.csv"));
+    std::string line;
+    std::getline(table, line);
+    EXPECT_EQ(line, "parameter,first,first_low,first_high,total,total_low,total_high");
+    std::vector<Row> rows;
+    while (std::getline(table, line)) {
+      Row row;
+      row.parameter = line.substr(0, line.find(','));
+      EXPECT_EQ(std::sscanf(line.c_str() + line.find(','), ",%lf,%lf,%lf,%lf,%lf,%lf", &row.first, &row.first_low,
+                            &row.first_high, &row.total, &row.total_low, &row.total_high),
+                6)
+          << line;
+      rows.push_back(row);
+    }
+    return rows;
+  }
+
+  std::vector<std::string> ids_;
+  std::vector<double> worth_, shares_;  ///< um for each unit of the factor; share of the variance, first and total
+};
+
+TEST_F(StudyPowers, HaveTheSharesOfALinearMachine) {
+  know();
+  const Result made = run(drawn("samples = 40\nseed = 3\n"), {}, "drawn");
   ASSERT_EQ(made.status, 0) << made.err;
-  std::istringstream table(read(study("drawn") / "coarse/short/sensitivities.csv"));
-  std::string line;
-  std::getline(table, line);
-  EXPECT_EQ(line, "parameter,first,first_low,first_high,total,total_low,total_high");
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    ASSERT_TRUE(std::getline(table, line));
-    EXPECT_EQ(line.substr(0, line.find(',')), "source_power:" + ids[i]);
-    double first = 0, total = 0;
-    ASSERT_EQ(std::sscanf(line.c_str() + line.find(','), ",%lf,%*f,%*f,%lf", &first, &total), 2) << line;
-    EXPECT_NEAR(first, squares[i] / sum, 1e-4) << ids[i];
-    EXPECT_NEAR(total, squares[i] / sum, 1e-4) << ids[i];
+  const std::vector<Row> rows = sensitivities("drawn");
+  ASSERT_EQ(rows.size(), ids_.size());
+  for (std::size_t i = 0; i < ids_.size(); ++i) {
+    EXPECT_EQ(rows[i].parameter, "source_power:" + ids_[i]);
+    EXPECT_NEAR(rows[i].first, shares_[i], 1e-4) << ids_[i];
+    EXPECT_NEAR(rows[i].total, shares_[i], 1e-4) << ids_[i];
   }
   // Quantiles: of a sum of sources, whose median is the nominal machine.
   const core::Table quantiles = core::read_csv(study("drawn") / "coarse/short/quantiles.csv");
@@ -196,6 +232,37 @@ TEST_F(StudyVariants, FindTheSensitivitiesOfALinearMachine) {
   EXPECT_GT((quantiles.column("dz_um_q95") - quantiles.column("dz_um_q05")).maxCoeff(), 0.05 * size);
   EXPECT_TRUE(fs::exists(study("drawn") / "report.html"));
   EXPECT_TRUE(fs::exists(study("drawn") / "coarse/short/sensitivities_by_pose.csv"));
+}
+
+/// All powers, with deviations that make their shares equal.
+class StudyCoverage : public StudyPowers {
+protected:
+  double std_of(std::size_t power) const override {
+    return 0.3 * *std::min_element(worth_.begin(), worth_.end()) / worth_[power];
+  }
+};
+
+TEST_F(StudyCoverage, IntervalsHoldTheSharesOfALinearMachine) {
+  know();
+  int held = 0, all = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    const Result made =
+        run(drawn(fmt::format("samples = 20\nseed = {}\nsampling = \"pick_freeze\"\nblock = 100\n", seed)));
+    ASSERT_EQ(made.status, 0) << made.err;
+    const std::vector<Row> rows = sensitivities("plan");
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      // An interval ends at 0, so that one of a share near 0 would always hold it: none is counted.
+      ASSERT_NEAR(shares_[i], 1.0 / static_cast<double>(ids_.size()), 1e-9) << ids_[i];
+      held += rows[i].first_low <= shares_[i] && shares_[i] <= rows[i].first_high;
+      held += rows[i].total_low <= shares_[i] && shares_[i] <= rows[i].total_high;
+      all += 2;
+    }
+    fs::remove_all(study());
+  }
+  RecordProperty("held", held);
+  EXPECT_GE(held, 0.90 * all) << all;
+  EXPECT_LE(held, 0.98 * all) << all;
+  std::printf("95 %% intervals hold %d of %d shares\n", held, all);
 }
 
 constexpr const char* two_units = R"(
