@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 from published import measured_machine, turning_milling  # noqa: E402
-from published.records import Record  # noqa: E402
+from published.records import MissingColumn, Record  # noqa: E402
 
 PROGRAM = sys.argv.pop(1)
 CASE = ROOT / "cases/turnmill"
@@ -192,7 +192,7 @@ class Superposed(unittest.TestCase):
                            lambda i, h: {"dx_um": 0.0, "dy_um": 0.0, "dz_um": 0.0})
             record = Path(folder) / "record"
             measured_machine.record(folder, "milling_1400", record, 1)
-            with self.assertRaisesRegex(SystemExit, "data.csv: no column 'T9'; dT_S needs it"):
+            with self.assertRaisesRegex(MissingColumn, "data.csv: no column 'T9'; dT_S needs it"):
                 turning_milling.prepared(record, Path(folder) / "own", [turning_milling.DIFFERENCE], ["dz@1"], "T9")
 
 

@@ -10,7 +10,7 @@ import shutil
 
 from published import chart
 from published.documents import MIDDLE, SURROUNDINGS
-from published.records import Record
+from published.records import MissingColumn, Record
 
 CALIBRATIONS = ["calibration_spindle", "calibration_Y", "calibration_Z", "calibration_surroundings"]
 JUDGED = "air_cutting"
@@ -118,11 +118,15 @@ def judge(bench, test):
     for number, (cause, settled, differences, rise) in enumerate(ABLATION):
         for direction in INPUTS:
             folder = out / f"{number}_{direction}"
-            rows, missing = evaluated(run, sources, settled, differences, rise, direction, folder)
+            try:
+                rows, missing = evaluated(run, sources, settled, differences, rise, direction, folder)
+            except MissingColumn as error:
+                bench.missing.append(str(error))
+                rows, missing = [], [f"{direction}, {cause}: {error}"]
             notes += [note for note in missing if note not in notes]
             for model in [*MODELS, "static_regression"]:
                 cells[cause, direction, model] = times_smaller(rows, model, direction)
-            if number == 0:
+            if number == 0 and rows:
                 picture(folder, out / f"mares_2019_{direction}.svg", direction, "armax")
     whole = Record(sources["settled_" + JUDGED])
     whole.channels = [channel for channel in whole.channels if not channel["id"].startswith("coolant.main.")

@@ -6,6 +6,10 @@ import tomllib
 from pathlib import Path
 
 
+class MissingColumn(Exception):
+    """A record lacks a column that a model needs: file, column, and what needs it."""
+
+
 def value_of(text):
     """@return the number of a cell, None where it is blank"""
     return float(text) if text not in ("", "nan") else None
@@ -71,15 +75,23 @@ class Record:
         return {self.input_name(c): value_of(row[c["id"]]) for c in self.channels if c["kind"] != "displacement"}
 
     def add_power(self, machine, source):
+        """Power of a drive by its laws. @raises MissingColumn"""
+        (spec,) = [item for item in machine["source"] if item["id"] == source]
+        known = {self.input_name(channel) for channel in self.channels}
+        for law in spec["law"]:
+            axis = f"axis.{law.get('motion')}."
+            names = [law["input"]] if "input" in law else [axis + "position_deg", axis + "low_deg"]
+            if not known & set(names):
+                raise MissingColumn(f"{self.folder}/data.csv: no column '{names[0]}'; the power of {source} needs it")
         for row in self.rows:
             row[source] = f"{law_power(machine, source, self.cells(row)):.1f}"
         self.channels.append({"id": source, "kind": "power", "unit": "W"})
 
     def add_difference(self, name, first, second):
-        """A temperature against another: columns by id. @raises SystemExit naming the column that is missing"""
+        """A temperature against another: columns by id. @raises MissingColumn"""
         for column in (first, second):
             if column not in self.rows[0]:
-                raise SystemExit(f"{self.folder}/data.csv: no column '{column}'; {name} needs it")
+                raise MissingColumn(f"{self.folder}/data.csv: no column '{column}'; {name} needs it")
         for row in self.rows:
             a, b = value_of(row[first]), value_of(row[second])
             row[name] = "" if a is None or b is None else f"{a - b:.6g}"
@@ -98,7 +110,7 @@ class Record:
         """Displacements, and of the inputs these only."""
         missing = [n for n in names if n not in self.rows[0]]
         if missing:
-            raise SystemExit(f"{self.folder}/data.csv: no column '{missing[0]}'")
+            raise MissingColumn(f"{self.folder}/data.csv: no column '{missing[0]}', which the models need")
         self.channels = [c for c in self.channels if c["kind"] == "displacement" or c["id"] in names]
 
     def keep_displacements(self, wanted):

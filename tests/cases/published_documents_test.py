@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`tools/published_tests` on small records, with a program that stands in for thermotwin: which records a document's
+models get, how their rows become figures, and records that lack a column.
+"""
+import os
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+from published import mares_2019, naumann, rotary  # noqa: E402
+from published.documents import MEASURES, TESTS, TITLES  # noqa: E402
+from published.records import MissingColumn, Record  # noqa: E402
+
+# Stands in for the program: records of an hour with all sensors of vmc5 but $LACKS; each model leaves a quarter of the
+# error, the reduced model a tenth.
+PROGRAM = '''#!/usr/bin/env python3
+import json, os, sys, tomllib
+from pathlib import Path
+words = sys.argv[1:]
+def option(name):
+    rest = words[words.index(name) + 1:]
+    return rest[:next((i for i, w in enumerate(rest) if str(w).startswith("--")), len(rest))]
+def channel(text, id, kind, unit, more=""):
+    return text + f'[[channel]]\\\\nid = "{id}"\\\\nkind = "{kind}"\\\\nunit = "{unit}"\\\\n{more}'
+def measured(folder, load, hours):
+    folder.mkdir(parents=True, exist_ok=True)
+    sensors = [f"T{i}" for i in range(1, 10) if f"T{i}" not in os.environ.get("LACKS", "").split(",")]
+    places = [f"{q}@{i}" for i in range(1, 21) for q in ("dx", "dy", "dz")]
+    text = channel("", "air.T_C", "temperature", "degC", 'input = "air.T_C"\\\\n')
+    for name in sensors: text = channel(text, name, "temperature", "degC")
+    for name in places: text = channel(text, name, "displacement", "um", f'quantity = "{name[:2]}"\\\\n')
+    (folder / "channels.toml").write_text(text)
+    rows = [["time_s", "air.T_C", *sensors, *places]]
+    for i in range(hours + 1):
+        rows.append([3600 * i, 21, *(21 + i for _ in sensors), *(i for _ in places)])
+    (folder / "data.csv").write_text("".join(",".join(map(str, row)) + "\\\\n" for row in rows))
+if words[0] == "validate":
+    for load in option("--load"):
+        measured(Path(option("--out")[0]) / "measured/reduced" / load / "machine_31", load, 60)
+elif words[0] == "evaluate":
+    data, out = Path(option("--data")[0]), Path(option("--out")[0])
+    described = tomllib.loads((data / "channels.toml").read_text())
+    displacements = [c["id"] for c in described["channel"] if c["kind"] == "displacement"]
+    models = option("--models")[0].split(",")
+    models += ["reduced_model", "reduced_model_sensors"] if "--model" in words else []
+    part = described["program"][-1]["name"]
+    rows = [{"part": part, "channel": c, "model": m, "rms_before": 8.0, "peak_to_peak_before": 8.0,
+             "rms": 0.8 if m.startswith("reduced") else 2.0, "peak_to_peak": 0.8 if m.startswith("reduced") else 2.0,
+             "rms_reduction_percent": 90 if m.startswith("reduced") else 75, "fit": 70,
+             "peak_to_peak_reduction_percent": 75} for m in models for c in displacements]
+    (out / "evaluation").mkdir(parents=True, exist_ok=True)
+    head = ["time_s", *(f"{c}_measured" for c in displacements), *(f"{c}_{m}" for m in models for c in displacements)]
+    (out / "evaluation/predictions.csv").write_text(",".join(head) + "\\\\n" + ",".join("0" for _ in head) + "\\\\n" +
+                                                    ",".join("1" for _ in head) + "\\\\n")
+    print(json.dumps({"rows": rows, "notes": []}))
+'''.replace("\\\\n", "\\n")
+
+
+class Documents(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.out = Path(self.folder.name)
+        (self.out / "thermotwin").write_text(PROGRAM)
+        (self.out / "thermotwin").chmod(0o755)
+        for name in ("model.rom.h5", "reference.rom.h5"):
+            (self.out / name).write_text("")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def published(self, *documents, lacks=""):
+        return subprocess.run([sys.executable, str(ROOT / "tools/published_tests"), *documents, "--model",
+                               str(self.out / "model.rom.h5"), "--out", str(self.out / "out")], capture_output=True,
+                              text=True, env={**os.environ, "THERMOTWIN_BUILD": str(self.out), "LACKS": lacks})
+
+    def page(self, document):
+        return (self.out / f"out/{document}.md").read_text()
+
+    def test_figures_are_those_of_the_rows(self):
+        made = self.published("001", "004")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        rows = [line for line in self.page("001").splitlines() if "four times the speed" in line]
+        self.assertEqual(len(rows), 2)
+        self.assertTrue(rows[0].endswith("| `one_point` | " + "70 (70 to 70) | " * 3 + "70 (70 to 70) |"), rows[0])
+        self.assertIn("| dy | 7.5 | `armax` | 4.0 | 4.0 | 10.0 | 10.0 |", self.page("004"))
+        self.assertIn("| from a cold start | 4.0 |", self.page("004"))
+        self.assertTrue((self.out / "out/004/mares_2019_dz.svg").exists())
+        record = Record(self.out / "out/004/0_dz/air_cutting")
+        # The record has no rise of the coolant: the Z motor's sensor against the base takes its place.
+        self.assertEqual([c["id"] for c in record.channels if c["kind"] == "temperature"],
+                         ["T_s", "dT_sp", "dT_Y", "dT_Z"])
+        self.assertIn("dz: no column 'coolant.main.Z_motor.rise' in the record", self.page("004"))
+        self.assertEqual(float(record.rows[0]["time_s"]), 48 * 3600)
+
+    def test_a_missing_column_is_named_and_the_others_go_on(self):
+        made = self.published("004", "001", lacks="T1")
+        self.assertEqual(made.returncode, 3, made.stderr)
+        self.assertIn("no column 'T1', which the models need", made.stderr)
+        for document, rows in (("001", 6), ("004", 6)):
+            page = self.page(document)
+            models = [line for line in page.splitlines() if "| `" in line and "cause" not in line]
+            self.assertEqual(sum("| - |" in line for line in models), rows, page)
+        self.assertIn("- four times the speed: ", self.page("001"))
+        self.assertIn("no column 'T1'; dT_sp needs it", self.page("004"))
+        self.assertIn(self.page("001"), (self.out / "out/all.md").read_text())
+        # A column that one document alone needs.
+        made = self.published("004", "001", lacks="T3")
+        self.assertEqual(made.returncode, 3, made.stderr)
+        self.assertIn("no column 'T3'; dT_Y needs it", self.page("004"))
+        self.assertNotIn("no column", self.page("001"))
+        self.assertIn("70 (70 to 70)", self.page("001"))
+
+    def test_tests_name_what_the_case_has(self):
+        loads = {path.stem for path in (ROOT / "cases/vmc5/loads").glob("*.toml")}
+        machine = tomllib.loads((ROOT / "cases/vmc5/machine.toml").read_text())
+        for test in TESTS:
+            self.assertIn(test.document, TITLES)
+            self.assertIn(test.measure, MEASURES)
+            self.assertLessEqual({*test.train, test.judge}, loads, test.name)
+            if test.power:
+                self.assertIn(test.power, [source["id"] for source in machine["source"]])
+            for place in test.check:
+                self.assertLess(place, len(test.poses), test.name)
+        self.assertLessEqual({*naumann.ALL, *naumann.VALIDATIONS, *mares_2019.CALIBRATIONS, mares_2019.JUDGED}, loads)
+        other = {path.stem for path in (ROOT / "cases/ac5/loads").glob("*.toml")}
+        self.assertLessEqual(set(rotary.OF_A), other)
+
+
+class Judging(unittest.TestCase):
+    def test_the_error_vector_is_of_all_directions(self):
+        rows = [{"model": "m", "channel": f"{d}@check1", "rms": after, "rms_before": before}
+                for d, before, after in (("dx", 3.0, 0.0), ("dy", 4.0, 2.5), ("dz", 0.0, 0.0))]
+        self.assertEqual(naumann.figures(rows, "m", [1])[:3], ["50 (50 to 50)", "100 (100 to 100)", "38 (38 to 38)"])
+        self.assertEqual(naumann.figures(rows, "other", [1]), ["-"] * 4)
+        self.assertIsNone(naumann.removed(rows, "m", ["dx@check1", "dx@check2"]))
+
+    def test_times_smaller_is_a_ratio_of_ranges(self):
+        rows = [{"model": "armax", "channel": "dy@1", "peak_to_peak_before": 9.0, "peak_to_peak": 2.0}]
+        self.assertEqual(mares_2019.times_smaller(rows, "armax", "dy"), "4.5")
+        self.assertEqual(mares_2019.times_smaller(rows, "armax", "dz"), "-")
+
+    def test_a_drive_has_the_power_of_its_laws(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "channels.toml").write_text(
+                '[[channel]]\nid = "n"\nkind = "speed"\nunit = "rpm"\ninput = "axis.C.speed_rpm"\n'
+                '[[channel]]\nid = "T3"\nkind = "temperature"\nunit = "degC"\n')
+            (Path(folder) / "data.csv").write_text("time_s,n,T3\n0,0,20\n60,50,\n120,500,22\n")
+            law = {"input": "axis.C.speed_rpm", "at": [0, 100], "power_W": [10, 210]}
+            record = Record(folder)
+            record.add_power({"source": [{"id": "C.drive", "law": [law]}]}, "C.drive")
+            self.assertEqual([row["C.drive"] for row in record.rows], ["10.0", "110.0", "210.0"])
+            record.add_difference("d", "T3", "n")
+            self.assertEqual([row["d"] for row in record.rows], ["20", "", "-478"])
+            held = {"kind": "holding", "motion": "A", "full_power_W": 100}
+            words = "no column 'axis.A.position_deg'; the power of A.motor needs it"
+            with self.assertRaisesRegex(MissingColumn, words):
+                record.add_power({"source": [{"id": "A.motor", "law": [held]}]}, "A.motor")
+
+
+class Rotary(unittest.TestCase):
+    def test_rows_stand_beside_what_is_printed(self):
+        def missing(call):
+            return "no column 'x'"
+        lines = rotary.judge(None, ROOT / "cases/ac5", None, Path("out"), 1, missing)
+        self.assertEqual(len([line for line in lines if line.startswith("| ")]), 18)
+        self.assertIn("- A/C: A axis, 62 h (Table 6.3): no column 'x'", lines)
+        row = "| dx at the middle | 59 (X0T) | `phenomenological` | - | - | - | - |"
+        self.assertTrue(any(row in line for line in lines))
+
+
+unittest.main()
