@@ -16,12 +16,12 @@ TEST(Export, CalculiXRunsTheDecksOfAMachine) {
   const Result result = toy.run({"export", toy.path(), "--calculix", "--load", "warm_up", "--time-step", "1800",
                                  "--pose", "X=20,B=30", "--json", "--quiet"});
   ASSERT_EQ(result.status, 0) << result.err;
-  const auto json = nlohmann::json::parse(result.out);
-  EXPECT_EQ(json["files"], nlohmann::json({"mesh.inp", "heat_only.inp", "static.inp", "heat.inp"}));
-  EXPECT_EQ(json["end_s"], 10800.0);
+  const auto said = nlohmann::json::parse(result.out);
+  EXPECT_EQ(said["files"], nlohmann::json({"mesh.inp", "heat_only.inp", "static.inp", "heat.inp"}));
+  EXPECT_EQ(said["end_s"], 10800.0);
   const std::string heat = read(toy.result("calculix/heat.inp"));
   for (const char* words : {"coolant main", "axes of the program move"}) {
-    EXPECT_SAYS(json["notes"].dump(), words);
+    EXPECT_SAYS(said["notes"].dump(), words);
     EXPECT_SAYS(heat, words);
   }
   if (std::system("command -v ccx > /dev/null 2>&1") != 0) GTEST_SKIP() << "CalculiX (ccx) is not installed";
