@@ -18,6 +18,8 @@ std::unique_ptr<compensation::OnlineModel> cold_model(const reduction::ReducedMo
   settings.use_sensors = false;
   settings.start_C = options.start_C;
   settings.step_s = options.interval;
+  settings.largest_um = options.largest_um;
+  settings.rate_um_s = options.rate_um_s;
   return std::make_unique<compensation::Compensator>(model, settings);
 }
 

@@ -18,9 +18,11 @@
 namespace thermotwin::nc {
 
 struct PredictionOptions {
-  double start_C = 20.0;              ///< uniform temperature of the machine before the program
-  double interval = 10.0;             ///< s, of the rows
-  int parts = 1;                      ///< runs of the program
+  double start_C = 20.0;    ///< uniform temperature of the machine before the program
+  double interval = 10.0;   ///< s, of the rows
+  int parts = 1;            ///< runs of the program
+  double largest_um = 0.0;  ///< limit of an offset; 0: by the model, as that of the rate. A saved state has both
+  double rate_um_s = 0.0;
   std::vector<std::string> drives{};  ///< of the process, see Row::process_W
   void validate() const;              ///< @throws InputError
 };

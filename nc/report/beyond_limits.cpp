@@ -7,11 +7,10 @@ namespace thermotwin::nc {
 
 void BeyondLimits::note(Kind kind, const PredictedMove& move, double value) {
   const auto k = static_cast<std::size_t>(kind);
-  if (last_.empty()) {
-    last_.assign(3, -2);
-    open_.assign(3, 0);
-  }
   const std::uint32_t line = move.timed->element.state.line;
+  Total& total = totals_[k];
+  if (total.moves++ == 0) total.first_line = line;
+  total.largest = std::max(total.largest, value);
   if (last_[k] + 1 == number_) {
     Entry& entry = entries_[open_[k]];
     entry.first_line = std::min(entry.first_line, line);
@@ -29,18 +28,35 @@ void BeyondLimits::note(Kind kind, const PredictedMove& move, double value) {
   last_[k] = number_;
 }
 
-void BeyondLimits::add(const PredictedMove& move) {
+double BeyondLimits::rate_until(const Positions& positions, double time, const Eigen::VectorXd& offset_um) {
+  double rate = 0.0;
+  if (before_ && time > before_->time) {
+    const double duration = time - before_->time, changed = (offset_um - before_->offset_um).cwiseAbs().maxCoeff();
+    rate = (changed - limits_.motion_um(before_->positions, positions, duration)) / duration;
+  }
+  before_ = {positions, time, offset_um};
+  return rate;
+}
+
+std::optional<BeyondLimits::Excess> BeyondLimits::add(const PredictedMove& move) {
   ++number_;
   if (move.outside) note(Kind::workspace, move, 0.0);
-  const double size = move.offset_um.cwiseAbs().maxCoeff();
-  if (size > limits_.largest_um) note(Kind::size, move, size);
-  if (before_ && move.time > before_->time) {
-    const double duration = move.time - before_->time,
-                 changed = (move.offset_um - before_->offset_um).cwiseAbs().maxCoeff(),
-                 rate = (changed - limits_.motion_um(before_->end, move.end, duration)) / duration;
-    if (rate > limits_.rate_um_s) note(Kind::rate, move, rate);
+  double size = move.offset_um.cwiseAbs().maxCoeff(), rate = 0.0;
+  for (const MoveSample& sample : move.inside) {
+    size = std::max(size, sample.offset_um.cwiseAbs().maxCoeff());
+    rate = std::max(rate, rate_until(sample.positions, sample.time, sample.offset_um));
   }
-  before_ = {move.end, move.time, move.offset_um};
+  rate = std::max(rate, rate_until(move.end, move.time, move.offset_um));
+  std::optional<Excess> excess;
+  if (rate > limits_.rate_um_s) {
+    note(Kind::rate, move, rate);
+    excess = {Kind::rate, rate};
+  }
+  if (size > limits_.largest_um) {
+    note(Kind::size, move, size);
+    excess = {Kind::size, size};
+  }
+  return excess;
 }
 
 }  // namespace thermotwin::nc

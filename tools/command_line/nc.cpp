@@ -42,12 +42,14 @@ void add_nc(CLI::App& app) {
       ->check(positive_number())
       ->capture_default_str()
       ->needs(state);
-  verb->add_option("--largest-offset", nc.largest_um, "--largest-offset of the `compensate` that saved the state, um.")
-      ->check(positive_number())
-      ->needs(state);
-  verb->add_option("--offset-rate", nc.rate_um_s, "--offset-rate of the `compensate` that saved the state, um/s.")
-      ->check(positive_number())
-      ->needs(state);
+  verb->add_option("--largest-offset", nc.largest_um,
+                   "Largest offset of an axis, um: --rewrite refuses a larger one. With --state: that of the "
+                   "`compensate` that saved it.")
+      ->check(positive_number());
+  verb->add_option("--offset-rate", nc.rate_um_s,
+                   "Largest rate of an offset, um/s: --rewrite refuses a larger one. With --state: that of the "
+                   "`compensate` that saved it.")
+      ->check(positive_number());
   verb->add_option("--order", nc.order,
                    "Number of states of the model that are kept, from the first on (default: all).")
       ->check(positive_number());

@@ -13,7 +13,8 @@
 namespace thermotwin::tools {
 
 CorrectedProgram::CorrectedProgram(const NcOptions& options, const nc::ControlProfile& control,
-                                   const nc::AxisMotion& motion, const std::filesystem::path& folder)
+                                   const nc::AxisMotion& motion, const compensation::OffsetLimits& limits,
+                                   const std::filesystem::path& folder)
     : control_(control),
       program_(options.program),
       out_(options.out),
@@ -31,6 +32,7 @@ CorrectedProgram::CorrectedProgram(const NcOptions& options, const nc::ControlPr
                                                  [this](const nc::ExpectedMove& move) { read_back_.expect(move); });
     return;
   }
+  rewrite.largest_offset = std::min(rewrite.largest_offset, limits.largest_um * core::units::um);
   path_ = std::make_unique<nc::PathRewriter>(
       std::move(lines), program_.string(), motion, rewrite, [this](const std::string& text) { stream_ << text; },
       [this](const nc::ExpectedMove& move, const std::vector<nc::ExpectedPoint>& inside) {

@@ -20,9 +20,9 @@ namespace thermotwin::tools {
 
 class CorrectedProgram {
 public:
-  /// @param options  with a rewriter @param folder  where the program goes
+  /// @param options  with a rewriter @param limits  of the offsets @param folder  where the program goes
   CorrectedProgram(const NcOptions& options, const nc::ControlProfile& control, const nc::AxisMotion& motion,
-                   const std::filesystem::path& folder);
+                   const compensation::OffsetLimits& limits, const std::filesystem::path& folder);
 
   /// In the interpreter's order. @param frame  before the line runs
   void block(const nc::Block& block, const nc::Frame& frame);

@@ -32,6 +32,7 @@
 #include "reduction/model/model_file.h"
 #include "tools/nc/blocks.h"
 #include "tools/nc/corrected_program.h"
+#include "tools/nc/offset_excess.h"
 #include "tools/nc/page_content.h"
 #include "tools/nc/uncorrected.h"
 #include "tools/page.h"
@@ -119,9 +120,12 @@ public:
       prediction.interval = options.row_s;
       prediction.parts = options.repeat;
       prediction.drives = process_.drives();
+      prediction.largest_um = options.largest_um;
+      prediction.rate_um_s = options.rate_um_s;
       predictor_ = std::make_unique<nc::Predictor>(*twin.model, std::move(present), start_, prediction,
                                                    [this](const nc::PredictedMove& move) { take_predicted(move); });
-      if (!options.no_page) content_ = std::make_unique<PageContent>(motion_, predictor_->limits());
+      beyond_ = std::make_unique<nc::BeyondLimits>(predictor_->limits());
+      if (!options.no_page) content_ = std::make_unique<PageContent>(motion_, *beyond_);
       locations_ = std::make_unique<nc::LocationErrors>(twin.machine);
       if (options.imprint) imprint_ = std::make_unique<nc::Imprint>(motion_, *options.imprint);
     }
@@ -144,7 +148,8 @@ public:
       imprint_out_.open(folder / "imprint.csv", std::ios::binary);
       imprint_out_ << nc::Imprint::header();
     }
-    if (!options_.rewrite.empty()) corrected_ = std::make_unique<CorrectedProgram>(options_, control_, motion_, folder);
+    if (!options_.rewrite.empty())
+      corrected_ = std::make_unique<CorrectedProgram>(options_, control_, motion_, beyond_->limits(), folder);
     read();
     warn_of_tools();
     std::vector<std::filesystem::path> files = {"rows.csv", "load.toml", "operations.csv"};
@@ -213,6 +218,7 @@ public:
       json["largest_std_um"] = std;
       uncorrected_.to(json);
       json["moves_outside_workspace"] = outside_;
+      to_json(*beyond_, json);
       if (options_.repeat > 1 && predicted_ > 0) {
         const int good = parts_.first_good(options_.tolerance_um);
         json["first_good_part"] = good;
@@ -258,6 +264,7 @@ public:
               (imprint_->blocks().size() > 40 ? "further lines are in imprint.csv" : "");
     if (outside_ > 0)
       text += fmt::format("\n{} of {} moves end outside of the model's workspace", outside_, predicted_);
+    if (beyond_) text += beyond_text(*beyond_);
     return text;
   }
 
@@ -361,6 +368,8 @@ private:
     nc::ProgramSink sink;
     sink.block = [this](const nc::Block& block, const nc::Frame& frame) {
       if (file_ != block.file) file_ = block.file;
+      if (files_.size() <= block.state.file) files_.resize(block.state.file + 1);
+      if (files_[block.state.file].empty()) files_[block.state.file] = file_;
       if (corrected_ && rewrites_) corrected_->block(block, frame);
       if (!times_) return;
       nc::MoveState state = block.state;
@@ -460,11 +469,16 @@ private:
     predictor_->row(row);
     locations_out_ << locations_->add(predictor_->field(), row.to);
   }
+  static const nc::MoveState& state_of(const nc::PredictedMove& move) { return move.timed->element.state; }
   void take_predicted(const nc::PredictedMove& move) {
     ++predicted_;
     outside_ += move.outside ? 1 : 0;
     operations_.add(move);
     parts_.add(move);
+    const std::optional<nc::BeyondLimits::Excess> excess = beyond_->add(move);
+    if (excess && corrected_ && move.timed->element.source)
+      refuse_excess(*excess, *beyond_, fmt::format("{}:{}", files_[state_of(move).file], state_of(move).line),
+                    options_);
     if (content_) content_->add(move);
     if (imprint_) imprint_out_ << imprint_->add(move);
     if (!move.timed->element.rapid) {
@@ -493,6 +507,7 @@ private:
   nc::ControlLog log_;
   std::unique_ptr<nc::LoggedTimes> times_;  ///< none: those of the planner
   std::unique_ptr<nc::Predictor> predictor_;
+  std::unique_ptr<nc::BeyondLimits> beyond_;
   std::unique_ptr<PageContent> content_;
   std::unique_ptr<nc::Imprint> imprint_;
   std::unique_ptr<nc::LocationErrors> locations_;
@@ -501,8 +516,9 @@ private:
   nc::ProgramSummary program_;
   nc::InterpreterOptions reading_;
   std::unique_ptr<CorrectedProgram> corrected_;
-  std::string file_;
-  nc::MoveState state_;  ///< of the last element
+  std::string file_;                ///< of the last block
+  std::vector<std::string> files_;  ///< by MoveState::file
+  nc::MoveState state_;             ///< of the last element
   std::ofstream rows_out_, blocks_out_, imprint_out_, locations_out_;
   bool tcp_ = false, rewrites_ = true;
   int part_ = 0;

@@ -3,15 +3,14 @@
 
 namespace thermotwin::tools {
 
-PageContent::PageContent(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits)
-    : beyond_(limits),
+PageContent::PageContent(const nc::AxisMotion& motion, const nc::BeyondLimits& beyond)
+    : beyond_(beyond),
       samples_(motion, [this](const nc::PathPoint& point, const nc::Positions&) {
         path_.add(point);
         errors_.add(point);
       }) {}
 
 void PageContent::add(const nc::PredictedMove& move) {
-  beyond_.add(move);
   if (move.timed->element.source) {
     samples_.add(move);
     return;

@@ -18,14 +18,15 @@ namespace thermotwin::tools {
 
 class PageContent {
 public:
-  PageContent(const nc::AxisMotion& motion, const compensation::OffsetLimits& limits);
+  /// @param beyond  must outlive this
+  PageContent(const nc::AxisMotion& motion, const nc::BeyondLimits& beyond);
   void add(const nc::PredictedMove& move);
   std::string page(nc::Report report, const nc::Operations& operations, const nc::Parts& parts);
 
 private:
   nc::PathPoints path_;
   nc::ErrorOverTime errors_;
-  nc::BeyondLimits beyond_;
+  const nc::BeyondLimits& beyond_;
   nc::PathSamples samples_;
   std::optional<nc::PathPoint> worst_before_;  ///< of the parts before the last one
   int worst_part_ = 0;
