@@ -358,7 +358,8 @@ long interpret(const InterpreterOptions& options, const ControlProfile& given,
     pollfd waiting{child.output(), POLLIN, 0};
     if (poll(&waiting, 1, 200) <= 0) {
       if (std::chrono::steady_clock::now() - heard > patience)
-        throw InputError(fmt::format("{}:{}", file, line), "the interpreter hangs", "a program that it can read");
+        throw InputError(fmt::format("{}:{}", file, std::max<std::uint32_t>(line, 1)), "the interpreter hangs",
+                         "a program that it can read");
       continue;
     }
     const ssize_t n = read(child.output(), bytes.data() + held, bytes.size() - held);
