@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "nc/control/control_profile.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/nc/interpreter_there.h"
 
 namespace thermotwin::nc {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 class NcProgram : public testing::Test {
 protected:
   void SetUp() override {
-    if (find_helper().empty()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
+    if (!interpreter_there()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
     machine.axes.resize(4);
     for (std::size_t i = 0; i < 4; ++i) machine.axes[i].id = std::string(1, "XYZC"[i]);
     machine.axes[3].kind = mesh::AxisKind::rotary;

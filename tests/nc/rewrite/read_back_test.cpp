@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "nc/control/control_profile.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/nc/interpreter_there.h"
 
 namespace thermotwin::nc {
 namespace {
@@ -20,7 +21,7 @@ constexpr const char* text =
 class NcReadBack : public testing::Test {
 protected:
   void SetUp() override {
-    if (find_helper().empty()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
+    if (!interpreter_there()) GTEST_SKIP() << "the program was built without LinuxCNC's interpreter";
     mesh::Machine machine;
     machine.axes.resize(3);
     for (std::size_t i = 0; i < 3; ++i) machine.axes[i].id = std::string(1, letters[i]);
