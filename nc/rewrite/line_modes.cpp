@@ -48,7 +48,9 @@ void LineModes::take(const Word& word, const ProgramLine& line, const std::strin
   if (is_one_of(code, {0, 10, 20, 30, 800})) cycle = false;
   if (is_one_of(code, {730, 810, 820, 830, 850, 890})) cycle = true;
   if (is_one_of(code, {280, 300, 530})) machine = true;
-  if (is_one_of(code, {40, 100, 431, 520})) coordinates = false;
+  if (is_one_of(code, {100, 431, 520})) coordinates = false;
+  // X of a dwell is its time, unless it has P.
+  if (code == 40 && line.find('P') == nullptr) coordinates = false;
   if (code == 432 && line.find('H') == nullptr) coordinates = false;
   if (is_one_of(code, {410, 411, 420, 421})) refuse_path(place, "cutter radius compensation", "G40");
   if (code == 920) refuse_path(place, "G92", "work offsets G54 to G59.3");

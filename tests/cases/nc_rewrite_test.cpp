@@ -549,6 +549,16 @@ TEST_F(NcRewrite, RotaryFeedsKeepTheirDuration) {
   }
 }
 
+// P is the time of a dwell in a line with a move, whose axis words are coordinates.
+TEST_F(NcRewrite, ADwellInTheLineOfAMoveStays) {
+  const json before = run("G21 G90\nG0 X0 Y0 Z60\n#2=55\nG1 Z#2 G4 P0.5 F600\nG4 P1\nX20\nM2\n", "dwells",
+                          {"--rewrite", "path", "--start-C", "26"});
+  const json again = run(corrected("dwells"), "again", {"--start-C", "26"});
+  EXPECT_NEAR(before["pause_s"].get<double>(), 1.5, 1e-9);
+  EXPECT_NEAR(again["pause_s"].get<double>(), 1.5, 1e-9) << corrected("dwells");
+  expect_displaced("dwells", "again", 1.2e-4);
+}
+
 // Axis words of G52 and G43.1 are offsets.
 TEST_F(NcRewrite, OffsetsOfTheProgramStay) {
   const std::string text = "G21 G90\nG0 X0 Y0 Z60\nG52 X5\nG1 X30 F400\nG52 X0\nG1 Y10\nG43.1 Z5\nG1 X0\nM2\n";
