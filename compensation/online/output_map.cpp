@@ -60,6 +60,15 @@ int table_axis(const mesh::Machine& machine) {
   return axis >= 0 && machine.axes[axis].kind == mesh::AxisKind::rotary ? axis : -1;
 }
 
+/// Sum of columns by their weights, of which many are 0.
+template <int rows>
+Eigen::Matrix<double, rows, 1> weighted(const MatrixXd& columns, const VectorXd& weights) {
+  Eigen::Matrix<double, rows, 1> sum = Eigen::Matrix<double, rows, 1>::Zero();
+  for (Index j = 0; j < weights.size(); ++j)
+    if (weights[j] != 0.0) sum += weights[j] * columns.col(j).template head<rows>();
+  return sum;
+}
+
 }  // namespace
 
 OutputMap::OutputMap(const reduction::ReducedModel& model)
@@ -135,12 +144,12 @@ solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, 
   VectorXd at_tool, at_table;
   grid_.tool_weights(pose, at_tool);
   grid_.table_weights(pose, at_table);
-  solver::Vector6 tool = base.tool * at_tool, axis = base.axis * at_table;
-  solver::Vector7 own = base.own * at_table;
+  solver::Vector6 tool = weighted<6>(base.tool, at_tool), axis = weighted<6>(base.axis, at_table);
+  solver::Vector7 own = weighted<7>(base.own, at_table);
   if (share != 0.0) {
-    tool += share * (change.tool * at_tool);
-    axis += share * (change.axis * at_table);
-    own += share * (change.own * at_table);
+    tool += share * weighted<6>(change.tool, at_tool);
+    axis += share * weighted<6>(change.axis, at_table);
+    own += share * weighted<7>(change.own, at_table);
   }
   return solver::tcp_error(model_.machine, pose, tool, axis, own);
 }

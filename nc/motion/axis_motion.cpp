@@ -15,6 +15,12 @@ namespace thermotwin::nc {
 using core::InputError;
 namespace units = core::units;
 
+namespace {
+
+std::string place_of(const std::string& file, const MoveState& state) { return fmt::format("{}:{}", file, state.line); }
+
+}  // namespace
+
 AxisMotion::AxisMotion(const mesh::Machine& machine) : machine_(machine) {
   for (const mesh::Axis& axis : machine.axes) letter_.push_back(letter_of(axis));
   if (machine.has_tcp()) {
@@ -96,21 +102,22 @@ Element AxisMotion::whole(const Move& move) const {
   return element;
 }
 
-void AxisMotion::require_axes(const Move& move, const std::string& place) const {
+void AxisMotion::require_axes(const Move& move, const std::string& file) const {
   const int mask = axis_mask();
   for (int i = 0; i < 9; ++i) {
     if ((mask >> i & 1) != 0 || move.from[i] == move.to[i]) continue;
     std::vector<std::string> ids;
     for (const mesh::Axis& axis : machine_.axes) ids.push_back(axis.id);
-    throw InputError(place, fmt::format("a move of {}, which is no axis of {}", letters[i], machine_.name),
+    throw InputError(place_of(file, move.state),
+                     fmt::format("a move of {}, which is no axis of {}", letters[i], machine_.name),
                      "one of: " + core::join(ids));
   }
   if (move.state.tcp && !tcp_)
-    throw InputError(place, "tool centre point control on " + machine_.name,
+    throw InputError(place_of(file, move.state), "tool centre point control on " + machine_.name,
                      "a machine with three linear axes and [tcp]");
 }
 
-void AxisMotion::require_travel(const Element& element, const std::string& place) const {
+void AxisMotion::require_travel(const Element& element, const std::string& file) const {
   Positions travel = Positions::Zero(element.base.size()), low = element.at(0.0), high = low;
   element.sweep(0.0, 1.0, travel, low, high);
   for (std::size_t i = 0; i < machine_.axes.size(); ++i) {
@@ -123,15 +130,15 @@ void AxisMotion::require_travel(const Element& element, const std::string& place
     const bool linear = axis.kind == mesh::AxisKind::linear;
     const double unit = linear ? units::mm : units::deg;
     throw InputError(
-        place, fmt::format("axis {} at {:.4f} {}", axis.id, (below ? low[at] : high[at]) / unit, linear ? "mm" : "deg"),
+        place_of(file, element.state),
+        fmt::format("axis {} at {:.4f} {}", axis.id, (below ? low[at] : high[at]) / unit, linear ? "mm" : "deg"),
         fmt::format("its travel, {:.4f} to {:.4f}", axis.low / unit, axis.high / unit));
   }
 }
 
 void AxisMotion::elements(const Move& move, const std::string& file, const std::shared_ptr<const Source>& source,
                           const std::function<void(Element&&)>& take) const {
-  const std::string place = fmt::format("{}:{}", file, move.state.line);
-  require_axes(move, place);
+  require_axes(move, file);
   const bool angular = move.has_only_angles();
   const auto give = [&](Element&& element, double share, bool last) {
     element.angular = angular;
@@ -144,7 +151,7 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
     element.state = move.state;
     element.last = last;
     if (last) element.source = source;
-    require_travel(element, place);
+    require_travel(element, file);
     take(std::move(element));
   };
   if (!move.state.tcp) {

@@ -47,8 +47,8 @@ public:
   bool has_tcp() const { return tcp_.has_value(); }
 
 private:
-  void require_axes(const Move& move, const std::string& place) const;
-  void require_travel(const Element& element, const std::string& place) const;
+  void require_axes(const Move& move, const std::string& file) const;
+  void require_travel(const Element& element, const std::string& file) const;
   Element whole(const Move& move) const;
 
   const mesh::Machine& machine_;

@@ -59,7 +59,7 @@ private:
   long number_ = 0, not_listed_ = 0;
   struct Before {
     Positions positions;
-    double time;
+    double time = 0;
     Eigen::VectorXd offset_um;
   };
   std::optional<Before> before_;

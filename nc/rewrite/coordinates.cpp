@@ -13,7 +13,7 @@ namespace thermotwin::nc {
 
 int decimals_of(const Frame& frame) { return frame.unit > 0.01 ? 5 : 4; }
 
-double half_step(const Frame& frame) { return 0.5 * std::pow(10.0, -decimals_of(frame)); }
+double half_step(const Frame& frame) { return decimals_of(frame) == 5 ? 0.5 * 1e-5 : 0.5 * 1e-4; }
 
 Plane plane_of(const Arc& arc, const Frame& frame) {
   // The normal is an axis of the program; a rotation turns X and Y only.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nc/rewrite/program_line.h"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,12 +69,22 @@ bool is_expression(const std::string& text, std::size_t at) {
 
 /// A number, which may have spaces inside: "- 1 . 5". @return the place behind it
 std::size_t behind_number(const std::string& text, std::size_t at, double& value) {
+  // Nearly all numbers have neither spaces nor a plus inside.
+  const auto belongs = [](char c) { return is_digit(c) || c == '.' || c == '-'; };
+  std::size_t behind = at;
+  while (behind < text.size() && belongs(text[behind])) ++behind;
+  std::size_t next = behind;
+  while (next < text.size() && is_space(text[next])) ++next;
+  if (next == text.size() || !(belongs(text[next]) || text[next] == '+')) {
+    std::from_chars(text.data() + at, text.data() + behind, value);
+    return behind;
+  }
   std::string number;
   std::size_t stop = at;
   for (; at < text.size(); ++at) {
     const char c = text[at];
     if (is_space(c)) continue;
-    if (!is_digit(c) && c != '.' && c != '-' && c != '+') break;
+    if (!belongs(c) && c != '+') break;
     if (c != '+') number += c;
     stop = at + 1;
   }
@@ -146,8 +157,10 @@ bool ProgramLine::has(char letter, double number) const {
 }
 
 void ProgramLine::set(char letter, const std::string& number, const std::string& after) {
-  if (const Word* word = find(letter)) {
-    text.replace(word->begin + 1, word->end - word->begin - 1, number);
+  if (const Word* found = find(letter)) {
+    const Word old = *found;
+    text.replace(old.begin + 1, old.end - old.begin - 1, number);
+    if (!old.expression && move_words(old.begin, old.begin + 1 + number.size() - old.end)) return;
   } else {
     const Word* last = nullptr;
     for (const Word& candidate : words)
@@ -156,6 +169,24 @@ void ProgramLine::set(char letter, const std::string& number, const std::string&
     text.insert(at, (at > 0 ? " " : "") + std::string(1, letter) + number);
   }
   read_words();
+}
+
+/// Places of words behind one whose number has changed.
+/// @param shift  of what follows, modulo 2^64  @return false if the number does not end where the others begin
+bool ProgramLine::move_words(std::size_t begin, std::size_t shift) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    Word& word = words[k];
+    if (word.begin > begin) {
+      word.begin += shift;
+      word.end += shift;
+    } else if (word.begin == begin) {
+      const std::size_t stop = word.end + shift;
+      word = word_at(text, begin);
+      if (word.end != stop) return false;
+    }
+  }
+  code_end += shift;
+  return true;
 }
 
 void ProgramLine::remove(const std::vector<std::pair<char, double>>& unwanted) {
@@ -180,7 +211,8 @@ void ProgramLine::remove(char letter) {
 }
 
 std::string nc_number(double value, int decimals) {
-  std::string text = fmt::format("{:.{}f}", value, decimals);
+  std::string text =
+      decimals == 4 ? fmt::format(FMT_COMPILE("{:.4f}"), value) : fmt::format("{:.{}f}", value, decimals);
   while (text.back() == '0' && text[text.size() - 2] != '.') text.pop_back();
   if (text.find_first_not_of("-0.") == std::string::npos) return "0.0";
   return text;

@@ -45,6 +45,7 @@ struct ProgramLine {
 
 private:
   void read_words();
+  bool move_words(std::size_t begin, std::size_t shift);
 };
 
 /// The number as NC programs write it: at most so many decimals, no trailing zeros but one, no -0.

@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <tuple>
 #include <type_traits>
 
 #include "core/error.h"
@@ -19,6 +23,9 @@ namespace units = core::units;
 static_assert(std::is_trivially_copyable_v<ExpectedMove>);
 
 namespace {
+
+using MoveWords = std::array<std::uint64_t, sizeof(ExpectedMove) / sizeof(std::uint64_t)>;
+static_assert(sizeof(MoveWords) == sizeof(ExpectedMove) && std::tuple_size_v<MoveWords> <= 64);
 
 constexpr double shortest_arc = 2e-5;  // m; the turn of a shorter one depends on the last digit
 
@@ -49,9 +56,19 @@ std::string switch_difference(const char* what, bool found, bool wanted) {
   return found == wanted ? "" : sentence(what, found ? "on" : "off", wanted ? "on" : "off");
 }
 
+/// Nothing differs, not even by rounding.
+bool is_same_state(const ExpectedMove& found, const ExpectedMove& wanted) {
+  const auto state = [](const ExpectedMove& of) {
+    return std::tie(of.tool, of.operation, of.tool_offset, of.spindle_rpm, of.flood, of.mist, of.tcp, of.dwelt, of.unit,
+                    of.path_mode, of.path_tolerance, of.zero);
+  };
+  return state(found) == state(wanted);
+}
+
 /// What differs in the states that hold at a move; empty: nothing.
 /// @param slack  m by which the zero of the program may differ
 std::string state_difference(const ExpectedMove& found, const ExpectedMove& wanted, double slack) {
+  if (is_same_state(found, wanted)) return "";
   const double length = std::max(1e-9, rounding(wanted.unit) * 1e-3);
   for (const std::string& text :
        {difference("tool", found.tool, wanted.tool),
@@ -156,10 +173,23 @@ private:
     return ExpectedMove::of(standing, program.frame, Nine::Zero());
   }
 
+  /// Words that are those of the move before are not in the file.
+  bool read(ExpectedMove& move) {
+    std::uint64_t changed = 0;
+    if (!moves_.read(reinterpret_cast<char*>(&changed), sizeof changed)) return false;
+    MoveWords words;
+    const std::streamsize bytes = std::popcount(changed) * sizeof(std::uint64_t);
+    if (!moves_.read(reinterpret_cast<char*>(words.data()), bytes)) return false;
+    for (std::size_t k = 0, next = 0; k < words.size(); ++k)
+      if ((changed >> k & 1U) != 0) words_[k] = words[next++];
+    move = std::bit_cast<ExpectedMove>(words_);
+    return true;
+  }
+
   void next() {
     ExpectedMove move;
     wanted_.reset();
-    if (moves_.read(reinterpret_cast<char*>(&move), sizeof move)) {
+    if (read(move)) {
       wanted_ = move;
       at_ = move;
       ++number_;
@@ -240,6 +270,7 @@ private:
   std::optional<ExpectedMove> wanted_;
   std::optional<std::array<double, 9>> last_;
   ExpectedMove at_;
+  MoveWords words_{};
   bool tcp_ = false;
 };
 
@@ -254,7 +285,19 @@ ReadBack::~ReadBack() {
 }
 
 void ReadBack::expect(const ExpectedMove& move, const std::vector<ExpectedPoint>& inside) {
-  moves_.write(reinterpret_cast<const char*>(&move), sizeof move);
+  const auto words = std::bit_cast<MoveWords>(move);
+  // A mask of the words that differ from those of the move before, and these.
+  std::array<std::uint64_t, std::tuple_size_v<MoveWords> + 1> out;
+  std::size_t count = 1;
+  std::uint64_t changed = 0;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (words[k] == last_words_[k]) continue;
+    changed |= std::uint64_t{1} << k;
+    last_words_[k] = words[k];
+    out[count++] = words[k];
+  }
+  out[0] = changed;
+  moves_.write(reinterpret_cast<const char*>(out.data()), count * sizeof(std::uint64_t));
   for (const ExpectedPoint& point : inside) inside_.push_back({expected_, point});
   ++expected_;
 }

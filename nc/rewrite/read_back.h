@@ -75,7 +75,8 @@ private:
   std::filesystem::path file_;
   std::fstream moves_;
   long expected_ = 0;
-  std::vector<Inside> inside_;  ///< in the order of moves
+  std::array<std::uint64_t, 64> last_words_{};  ///< of the move before, in eight bytes each
+  std::vector<Inside> inside_;                  ///< in the order of moves
 };
 
 }  // namespace thermotwin::nc

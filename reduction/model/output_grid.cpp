@@ -61,15 +61,21 @@ Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
   return weights;
 }
 
-/// Quadratic for three positions; a grid of more is joined by straight lines, as one of two is.
-Eigen::VectorXd smooth_weights(const std::vector<double>& positions, double x) {
-  if (positions.size() != 3) return linear_weights(positions, x);
+/// Quadratic through three positions.
+Eigen::Vector3d quadratic_weights(const std::vector<double>& positions, double x) {
   const double a = positions[0], b = positions[1], c = positions[2];
   const double t = std::clamp(x, a, c);
   Eigen::Vector3d weights;
   weights << (t - b) * (t - c) / ((a - b) * (a - c)), (t - a) * (t - c) / ((b - a) * (b - c)),
       (t - a) * (t - b) / ((c - a) * (c - b));
   return weights;
+}
+
+/// Kronecker product with the weights of one more axis.
+template <class Weights>
+void spread(const Weights& own, Eigen::Index& count, Eigen::VectorXd& weights) {
+  for (Eigen::Index i = count - 1; i >= 0; --i) weights.segment(i * own.size(), own.size()) = weights[i] * own;
+  count *= own.size();
 }
 
 /// Cubic through the four positions about x of more than three: the joints' pads make rows kink.
@@ -278,17 +284,19 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
   table_count_ = table_poses_.size();
 }
 
-/// Kronecker product, first axis slowest: smooth along linear axes, by sine and cosine between the angles of rotary
-/// ones.
+/// Kronecker product, first axis slowest: along linear axes smooth through three positions, a grid of more is joined by
+/// straight lines, as one of two is; by sine and cosine between the angles of rotary ones.
 void OutputGrid::weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights) {
   weights[0] = 1.0;
   Eigen::Index count = 1;
   for (const GridAxis& on : grid) {
     const double x = pose(on.axis);
-    const Eigen::VectorXd own =
-        on.linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, on.endless);
-    for (Eigen::Index i = count - 1; i >= 0; --i) weights.segment(i * own.size(), own.size()) = weights[i] * own;
-    count *= own.size();
+    if (!on.linear)
+      spread(swivel_weights(on.positions, x, on.endless), count, weights);
+    else if (on.positions.size() == 3)
+      spread(quadratic_weights(on.positions, x), count, weights);
+    else
+      spread(linear_weights(on.positions, x), count, weights);
   }
 }
 
@@ -309,7 +317,7 @@ void OutputGrid::table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& wei
 
 /// Between the outer lines straight; the middle one takes what its quadratics do, where there is one.
 double OutputGrid::line_share(const Line& line, const mesh::Pose& pose,
-                              const std::vector<Eigen::VectorXd>& smooth) const {
+                              const std::vector<Eigen::Vector3d>& smooth) const {
   double straight = 1.0, in_middle = 1.0, bubble = 1.0;
   bool is_middle = tool_.size() > 1;
   for (std::size_t k = 0; k < tool_.size(); ++k) {
@@ -332,15 +340,17 @@ void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
   weights.setZero(tool_count_);
   weights_on(tool_, pose, weights);
   Eigen::Index next = grid_count_;
-  std::vector<Eigen::VectorXd> smooth;
-  for (const GridAxis& on : tool_)
-    smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
+  // Lines are along axes of three positions alone.
+  std::vector<Eigen::Vector3d> smooth(lines_.empty() ? 0 : tool_.size(), Eigen::Vector3d::Zero());
+  for (std::size_t k = 0; k < smooth.size(); ++k)
+    if (tool_[k].linear && tool_[k].positions.size() == 3)
+      smooth[k] = quadratic_weights(tool_[k].positions, pose(tool_[k].axis));
   Cubic fine;
   for (std::size_t l = 0; l < lines_.size(); ++l) {
     const Line& line = lines_[l];
     if (l == 0 || lines_[l - 1].axis != line.axis) fine = cubic_weights(fine_[line.axis], pose(tool_[line.axis].axis));
     const double share = line_share(line, pose, smooth);
-    const Eigen::VectorXd& coarse = smooth[line.axis];
+    const Eigen::Vector3d& coarse = smooth[line.axis];
     for (std::size_t i = 0; i < 3; ++i) weights(line.on_grid[i]) -= share * coarse(i);
     for (std::size_t i = 0; i < 4; ++i) {
       const std::size_t at = fine.first + i;

@@ -81,7 +81,7 @@ private:
   static void weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights);
   enum class Lines { none, all };
   OutputGrid(const mesh::Machine& machine, Lines lines);
-  double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const;
+  double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::Vector3d>& smooth) const;
 
   std::vector<GridAxis> tool_, table_,
       stored_table_;  ///< table_ with the workspace's own angles, and with all that are stored

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/nc/blocks.h"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
-
-#include <iterator>
 
 #include "core/units.h"
 
@@ -23,17 +22,17 @@ std::string blocks_header(const mesh::Machine& machine, const std::vector<std::s
 std::string block_text(const mesh::Machine& machine, const nc::PredictedMove& move, long number) {
   const nc::MoveState& state = move.timed->element.state;
   fmt::memory_buffer out;
-  const auto at = std::back_inserter(out);
-  fmt::format_to(at, "{},{},{},{},{},{:d},{:.6f}", state.part + 1, number, state.line, state.operation, state.tool,
-                 move.timed->element.rapid, move.time);
+  const fmt::appender at(out);
+  fmt::format_to(at, FMT_COMPILE("{},{},{},{},{},{:d},{:.6f}"), state.part + 1, number, state.line, state.operation,
+                 state.tool, move.timed->element.rapid, move.time);
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
-    fmt::format_to(at, ",{:.6f}", move.end[i] / (linear ? units::mm : units::deg));
+    fmt::format_to(at, FMT_COMPILE(",{:.6f}"), move.end[i] / (linear ? units::mm : units::deg));
   }
-  for (int i = 0; i < 3; ++i) fmt::format_to(at, ",{:.4f}", move.error_um[i]);
-  for (const double value : move.offset_um) fmt::format_to(at, ",{:.4f}", value);
-  for (const double value : move.std_um) fmt::format_to(at, ",{:.4f}", value);
-  fmt::format_to(at, ",{}\n", state.file);
+  for (int i = 0; i < 3; ++i) fmt::format_to(at, FMT_COMPILE(",{:.4f}"), move.error_um[i]);
+  for (const double value : move.offset_um) fmt::format_to(at, FMT_COMPILE(",{:.4f}"), value);
+  for (const double value : move.std_um) fmt::format_to(at, FMT_COMPILE(",{:.4f}"), value);
+  fmt::format_to(at, FMT_COMPILE(",{}\n"), state.file);
   return fmt::to_string(out);
 }
 

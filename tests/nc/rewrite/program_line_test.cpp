@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -47,6 +48,28 @@ TEST(ProgramLine, KnowsControlFlowParametersAndOddSpelling) {
   two.set('X', "5.0", "");
   EXPECT_EQ(two.text, "X5.0 Y2");
   EXPECT_EQ(parsed("Xend Y2").find('Y')->value, 2.0);
+}
+
+// Words behind a number that grows or shrinks are where a new reading of the text finds them.
+TEST(ProgramLine, WordsAreThoseOfTheTextAfterAChange) {
+  for (const char* text : {"N1 G1 X1.5 Y-2 (Z3) Z4 F100 ; end", "g1x1y2z3", "X 1 . 5 Y [#2 + 1] Z-0", "X#1 Y2 #1=3",
+                           "G1 X1 Y2 Z3 %", "X1 + 2 Y3 Z4"}) {
+    for (const char* number : {"-123.4567", "0.0", "7"}) {
+      for (const char letter : std::string("XYZF")) {
+        ProgramLine line = parsed(text);
+        line.set(letter, number, "XYZG");
+        const ProgramLine again = parsed(line.text);
+        ASSERT_EQ(line.words.size(), again.words.size()) << line.text;
+        for (std::size_t k = 0; k < again.words.size(); ++k) {
+          const Word &found = line.words[k], &wanted = again.words[k];
+          EXPECT_EQ(std::tie(found.letter, found.begin, found.end, found.value, found.expression),
+                    std::tie(wanted.letter, wanted.begin, wanted.end, wanted.value, wanted.expression))
+              << line.text;
+        }
+        EXPECT_EQ(line.code_end, again.code_end) << line.text;
+      }
+    }
+  }
 }
 
 TEST(ProgramLine, RemovesWordsAndKeepsEnds) {
