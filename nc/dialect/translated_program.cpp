@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nc/dialect/translated_program.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -23,17 +25,40 @@ std::filesystem::path temporary_folder() {
   return std::filesystem::canonical(name);
 }
 
+/// A Sinumerik control starts with G1, LinuxCNC's interpreter without a motion mode: the first line of coordinates that
+/// states none gets it. @return whether the line has set a mode
+bool begin_motion(std::string& line) {
+  std::istringstream words(line);
+  bool moves = false;
+  for (std::string word; words >> word;) {
+    if (word[0] == '/') word.erase(0, 1);
+    if (word.empty()) continue;
+    if (word[0] == 'G') {
+      const double code = std::atof(word.c_str() + 1);
+      if (code < 4.0 || code == 33.0 || (code >= 73.0 && code < 90.0)) return line[0] != '/';
+      if (code == 52.0 || code == 10.0 || code == 92.0 || code == 28.0 || code == 30.0) return false;
+    }
+    moves = moves || std::find(letters.begin(), letters.end(), word[0]) != letters.end();
+  }
+  if (!moves) return false;
+  line.insert(line[0] == '/' ? 1 : 0, "G1 ");
+  return line[0] != '/';
+}
+
 void translate(const std::filesystem::path& from, const std::filesystem::path& to, const ControlProfile& control,
                int axis_mask, const Nine& start) {
   std::ifstream in(from, std::ios::binary);
   std::ofstream out(to, std::ios::binary);
   SiemensReader reader(control, axis_mask, from.string(), start);
   std::size_t number = 0;
+  bool moving = false;
   for (std::string line; std::getline(in, line);) {
     constexpr std::size_t between_looks = 4096;
     if (++number % between_looks == 0) core::check_interrupt();
     if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // byte order mark of UTF-8
-    out << reader.translate(line, number) << '\n';
+    std::string text = reader.translate(line, number);
+    moving = moving || begin_motion(text);
+    out << text << '\n';
   }
   out.close();
   if (!out) throw InputError(to.string(), "cannot be written", "room for the program in LinuxCNC's language");

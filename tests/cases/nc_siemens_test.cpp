@@ -118,6 +118,20 @@ TEST_F(NcSiemens, MessagesHaveTheProgramsOwnPlace) {
   EXPECT_FALSE(fs::exists(toy.file("out/rows.csv")));
 }
 
+// The control starts with G1.
+TEST_F(NcSiemens, AProgramMayBeginWithCoordinates) {
+  toy.write("part.mpf", "X10 Y5 F500\nX20\nG0 X0\nM30\n");
+  const Result result = run("part.mpf", "siemens", "out");
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  EXPECT_EQ(summary["feeds"], 2);
+  EXPECT_EQ(summary["traverses"], 1);
+  toy.write("part.mpf", "X10\nM30\n");
+  const Result slow = run("part.mpf", "siemens", "out");
+  EXPECT_EQ(slow.status, 3);
+  EXPECT_SAYS(slow.err, "part.mpf:1");
+}
+
 TEST_F(NcSiemens, NoTranslationStaysBehind) {
   const fs::path temporary = toy.file("temporary");
   fs::create_directories(temporary);
