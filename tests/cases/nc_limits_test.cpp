@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Limits of the offsets in `nc`: stated with or without a saved state, counted, and never passed by a corrected program.
+// Limits of the offsets in `nc`: stated with or without a saved state, counted, never passed by a corrected program.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

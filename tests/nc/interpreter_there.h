@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Whether tests of LinuxCNC's interpreter run. Without the helper they are skipped, unless THERMOTWIN_LINUXCNC says that
-// it must be there: then they fail.
+// Whether tests of LinuxCNC's interpreter run. Without the helper they are skipped, unless THERMOTWIN_LINUXCNC says
+// that it must be there: then they fail.
 
 #include <cstdlib>
 
