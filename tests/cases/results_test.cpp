@@ -9,6 +9,7 @@
 #include "tests/cases/help.h"
 #include "tests/cases/program.h"
 #include "tests/cases/texts.h"
+#include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
 namespace {
