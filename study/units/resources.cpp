@@ -44,11 +44,11 @@ double model_bytes(Eigen::Index nodes) { return nodes > 0 ? process_bytes + byte
 void require_disk(const fs::path& study, double bytes) {
   std::error_code error;
   const fs::space_info space = fs::space(study, error);
-  if (error || static_cast<double>(space.available) >= bytes) return;
-  throw core::InputError(study.string(),
-                         fmt::format("the tables take {:.3g} GiB, {:.3g} GiB are available", bytes / GiB,
-                                     static_cast<double>(space.available) / GiB),
-                         "a disk with room for them, or fewer or shorter runs");
+  const double available = space.available;
+  if (error || available >= bytes) return;
+  throw core::InputError(
+      study.string(), fmt::format("the tables take {:.3g} GiB, {:.3g} GiB are available", bytes / GiB, available / GiB),
+      "a disk with room for them, or fewer or shorter runs");
 }
 
 void require_memory(const MemoryWanted& wanted, const std::string& place, double available_bytes) {

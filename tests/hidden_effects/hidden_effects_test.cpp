@@ -440,11 +440,11 @@ TEST(HiddenEffects, TheScoreCountsWhatItSays) {
   // A change in time: the step of its place is right, that of another place is not, and neither is a steady cause.
   hidden::Line elsewhere = line("change", diagnosis::Verdict::explained, "source_step", 50, 0.95);
   elsewhere.where = "pump";
-  const std::string changes = hidden::score({line("change", diagnosis::Verdict::explained, "source_step", 50, 0.95),
-                                             line("change", diagnosis::Verdict::unexplained, "none", 50, 0.95),
-                                             line("change", diagnosis::Verdict::explained, "source_power", 50, 0.95),
-                                             line("change", diagnosis::Verdict::explained, "source_step", 29, 0.95),
-                                             elsewhere});
+  const std::string changes =
+      hidden::score({line("change", diagnosis::Verdict::explained, "source_step", 50, 0.95),
+                     line("change", diagnosis::Verdict::unexplained, "none", 50, 0.95),
+                     line("change", diagnosis::Verdict::explained, "source_power", 50, 0.95),
+                     line("change", diagnosis::Verdict::explained, "source_step", 29, 0.95), elsewhere});
   EXPECT_NE(changes.find("told in the same way | - | 50.0 % (2 of 4) |"), std::string::npos) << changes;
   spot.place_allowed = 59.0;
   EXPECT_NE(hidden::score({spot}).find("12 sensors or more | >= 50 % | 0.0 % (0 of 1) |"), std::string::npos);

@@ -89,12 +89,12 @@ private:
   /// Tables in the unit's folder, and their copies in campaign/.
   double disk_bytes(std::size_t unit) const {
     const mesh::Machine& machine = machine_case_.machine;
-    const auto poses = static_cast<double>(mesh::workspace_poses(machine).size());
-    const auto per_pose = static_cast<double>(1 + machine.axes.size() + solver::tcp_columns().size());
-    const auto others = static_cast<double>(1 + machine.sensors.size());
+    const double poses = mesh::workspace_poses(machine).size();
+    const double per_pose = 1 + machine.axes.size() + solver::tcp_columns().size();
+    const double others = 1 + machine.sensors.size();
     double bytes = 0;
     for (const solver::LoadProgram* load : blocks_[unit])
-      bytes += 2.0 * study::table_bytes(static_cast<double>(load->output_times().size()) * (poses * per_pose + others));
+      bytes += 2.0 * study::table_bytes(load->output_times().size() * (poses * per_pose + others));
     return bytes;
   }
 

@@ -72,10 +72,10 @@ private:
   /// Measurements in the unit's folder, and their copies in measured/.
   double disk_bytes(std::size_t unit) const {
     const mesh::Machine& machine = machine_case_.machine;
-    const auto channels = static_cast<double>(1 + machine.sensors.size() + 3 * machine_case_.check_points.size());
+    const double channels = 1 + machine.sensors.size() + 3 * machine_case_.check_points.size();
     double rows = 0;
     for (const compensation::MeasuredLoad& load : measured_loads(options_, machine_case_, settings_, seed_of(unit)))
-      rows += static_cast<double>(load.program.output_times().size());
+      rows += load.program.output_times().size();
     return 2.0 * study::table_bytes(rows * channels);
   }
 
