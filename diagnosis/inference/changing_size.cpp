@@ -136,62 +136,92 @@ struct Timed {
   std::size_t best() const { return std::max_element(evidence.begin(), evidence.end()) - evidence.begin(); }
 };
 
-/// How far the time of a step lies from the best one, s: RMS by its probability, and half the mean's interval.
+/// The time of a step by its probability, s.
+struct TimeOfStep {
+  double mean = 0, std = 0;
+
+  /// RMS distance from the stated time, and half of the means' interval.
+  double std_about(double stated_s, double interval_s) const {
+    return std::hypot(std, mean - stated_s, 0.5 * interval_s);
+  }
+};
+
 /// @param evidence  ln, over the time
-double time_std(const std::map<double, double>& evidence, double best_s, double interval_s) {
-  double most = -std::numeric_limits<double>::infinity(), sum = 0.0, squares = 0.0;
+TimeOfStep time_by(const std::map<double, double>& evidence) {
+  double most = -std::numeric_limits<double>::infinity(), sum = 0.0, first = 0.0, squares = 0.0;
   for (const auto& [when, log] : evidence) most = std::max(most, log);
+  const double origin = evidence.begin()->first;
   for (auto right = std::next(evidence.begin()); right != evidence.end(); ++right) {
     const auto left = std::prev(right);
     const double width = right->first - left->first;
     for (const auto& [when, log] : {*left, *right}) {
       const double weight = 0.5 * width * std::exp(log - most);
       sum += weight;
-      squares += weight * (when - best_s) * (when - best_s);
+      first += weight * (when - origin);
+      squares += weight * (when - origin) * (when - origin);
     }
   }
-  return std::hypot(std::sqrt(squares / sum), 0.5 * interval_s);
+  const double mean = first / sum;
+  return {origin + mean, std::sqrt(std::max(0.0, squares / sum - mean * mean))};
 }
 
-/// Times about the best one, closer together; the step at the best of them, uncertain as its evidence says.
-ChangingSizes::Step at_its_time(const Problem& problem, const Response& response, const MachineInTime& base,
-                                const White& white, const Tried& tried, const Timed& coarse, std::size_t places) {
-  double middle = coarse.from_s[coarse.best()], width = coarse.from_s[1] - coarse.from_s[0];
+/// Steps at times about one, and what the record says of each.
+struct TriedTimes {
   std::vector<Parameter> steps;
   MatrixXd columns;
-  double constant = 0.0;
-  VectorXd evidence(finer_times), when(finer_times);
+  VectorXd evidence;
+  double constant = 0;  ///< of a constant change
+};
+
+/// The best time is refined. Where several times are about as probable, the step is in their mean.
+ChangingSizes::Step at_its_time(const Problem& problem, const Response& response, const MachineInTime& base,
+                                const White& white, const Tried& tried, const Timed& coarse, std::size_t places) {
   std::map<double, double> everywhere;  // evidence over the time
-  for (std::size_t k = 0; k < coarse.from_s.size(); ++k) everywhere[coarse.from_s[k]] = coarse.evidence[k];
-  for (int pass = 0; pass < finer_passes; ++pass, width *= 2.0 / (finer_times - 1)) {
-    steps.clear();
+  const auto about = [&](double middle, double width) {
+    TriedTimes times;
     for (int k = 0; k < finer_times; ++k)
-      steps.push_back(step_of(problem, tried, middle + width * (2.0 * k / (finer_times - 1) - 1.0)));
-    columns = response.linearise(base, steps, VectorXd::Ones(std::ssize(steps)), false).sensitivity;
-    const Beside beside(problem, white, columns);
-    for (Index k = 0; k < finer_times; ++k) {
-      const std::size_t at = k;
-      evidence[k] = beside.of_step(steps[at], k);
-      when[k] = steps[at].from_s;
-      everywhere[when[k]] = evidence[k];
-    }
-    constant = beside.of_constant(problem.parameters[tried.parameter], tried.parameter);
-    Index at = 0;
-    evidence.maxCoeff(&at);
-    middle = when[at];
-  }
+      times.steps.push_back(step_of(problem, tried, middle + width * (2.0 * k / (finer_times - 1) - 1.0)));
+    times.columns = response.linearise(base, times.steps, VectorXd::Ones(std::ssize(times.steps)), false).sensitivity;
+    const Beside beside(problem, white, times.columns);
+    times.evidence.resize(finer_times);
+    for (Index k = 0; k < finer_times; ++k) times.evidence[k] = beside.of_step(times.steps[k], k);
+    times.constant = beside.of_constant(problem.parameters[tried.parameter], tried.parameter);
+    return times;
+  };
+  double middle = coarse.from_s[coarse.best()], width = coarse.from_s[1] - coarse.from_s[0];
+  TriedTimes times;
   Index best = 0;
-  const double most = evidence.maxCoeff(&best);
-  const Index before = std::max<Index>(best - 1, 0), after = std::min<Index>(best + 1, columns.cols() - 1);
+  for (int pass = 0; pass < finer_passes; ++pass, width *= 2.0 / (finer_times - 1)) {
+    times = about(middle, width);
+    if (pass == 0) {
+      // Coarse times have another origin of the evidence, that of their own linearisation; one time is common.
+      const double shift = times.evidence[finer_times / 2] - coarse.evidence[coarse.best()];
+      for (std::size_t k = 0; k < coarse.from_s.size(); ++k) everywhere[coarse.from_s[k]] = coarse.evidence[k] + shift;
+    }
+    for (std::size_t k = 0; k < times.steps.size(); ++k) everywhere[times.steps[k].from_s] = times.evidence[k];
+    times.evidence.maxCoeff(&best);
+    middle = times.steps[best].from_s;
+  }
+  const TimeOfStep time = time_by(everywhere);
+  if (time.std > width) {
+    constexpr double as_probable = 0.5;  // ln
+    TriedTimes at_mean = about(time.mean, width);
+    const Index centre = finer_times / 2;
+    if (at_mean.evidence[centre] > times.evidence[best] - as_probable) {
+      times = std::move(at_mean);
+      best = centre;
+    }
+  }
+  const Index before = std::max<Index>(best - 1, 0), after = std::min<Index>(best + 1, times.columns.cols() - 1);
   ChangingSizes::Step found;
-  found.parameter = steps[best];
-  found.parameter.from_std_s = time_std(everywhere, when[best], problem.observations.interval);
+  found.parameter = times.steps[best];
+  found.parameter.from_std_s = time.std_about(found.parameter.from_s, problem.observations.interval);
   found.parameter.prior_share = std::exp(coarse.log_share) / places;
-  found.column = columns.col(best);
-  found.freedom =
-      found.parameter.from_std_s / (when[after] - when[before]) * (columns.col(before) - columns.col(after));
-  found.log_evidence = most;
-  found.over_constant = most - constant;
+  found.column = times.columns.col(best);
+  found.freedom = found.parameter.from_std_s / (times.steps[after].from_s - times.steps[before].from_s) *
+                  (times.columns.col(before) - times.columns.col(after));
+  found.log_evidence = times.evidence[best];
+  found.over_constant = found.log_evidence - times.constant;
   return found;
 }
 
