@@ -469,8 +469,8 @@ TEST(Stream, NanIsABlankCellWithAMessage) {
   const Answers all = answers(nan.out);
   ASSERT_EQ(all.status.size(), 13U);
   EXPECT_EQ(all.status[5].find("input_missing"), std::string::npos) << "300 s";
-  EXPECT_EQ(all.status[6], "input_missing");
-  EXPECT_EQ(all.status[7], "input_missing");
+  EXPECT_EQ(all.status[6], "input_missing T1=stuck T2=absent");
+  EXPECT_EQ(all.status[7], "input_missing T1=stuck T2=absent");
   EXPECT_EQ(all.status[8].find("input_missing"), std::string::npos);
   for (const char* words : {"warning: standard input:3: spindle.speed_rpm is nan; this counts as a blank cell",
                             "warning: standard input:3: T2_C is nan", "after 300 s it is named absent"}) {
