@@ -104,58 +104,51 @@ std::vector<MeasuredLoad> failed_sensor_loads(const solver::Case& machine_case, 
 
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options) {
-  options.validate();
-  require_check_points(machine_case);
-  const std::vector<MeasuredLoad> loads = failed_sensor_loads(machine_case, options);
-  MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
-  study.alarms.assign(options.draws, 0);
   MeasuredRun how;
   how.guarded = true;
-  for (int draw = 0; draw < options.draws; ++draw) {
+  const auto take = [&](int draw, const MeasuredLoad& load, const Measurement& whole) {
     const std::uint64_t seed = options.first_seed + draw;
-    for (const MeasuredLoad& load : loads) {
-      const std::string& name = load.program.name();
-      const Measurement whole = machines.measure(seed, load);
-      const Judged judged(whole, machine);
-      std::vector<std::string> named;
-      const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
-      std::set<std::string> alarms;
-      for (const std::string& row : named) alarms.merge(names(row));
-      study.alarms[draw] += std::ssize(alarms);
-      for (std::size_t c = 0; c < whole.channels.size(); ++c) {
-        const MeasuredChannel& channel = whole.channels[c];
-        if (machine.sensor_index(channel.sensor) < 0) continue;
-        const Eigen::VectorXd readings = whole.values(channel);
-        for (std::size_t f = 0; f < std::size(faults); ++f) {
-          std::mt19937_64 random(1000 * seed + 10 * c + f);
-          const double share = std::uniform_real_distribution<double>(earliest, latest)(random);
-          const auto from = std::max<Index>(smooth, static_cast<Index>(share * readings.size()));
-          Measurement spoilt = whole;
-          spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
-          named.clear();
-          const auto errors = run_compensator(spoilt, model, judged.poses, how, nullptr, &named);
-          FailedSensorRow row{
-              name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
-          const Index clock = row.fault == "stuck" ? moved(readings, from, 5.0 * channel.uncertainty) : from;
-          row.told = clock < readings.size();
-          row.named_min = std::numeric_limits<double>::infinity();
-          std::set<std::string> others;
-          const Eigen::VectorXd time = whole.time();
-          for (Index i = from; i < readings.size(); ++i) {
-            std::set<std::string> now = names(named[i]);
-            if (now.erase(channel.sensor) > 0 && !std::isfinite(row.named_min))
-              row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / core::units::minute;
-            others.merge(now);
-          }
-          row.false_names = others.size();
-          study.rows.push_back(row);
+    const std::string& name = load.program.name();
+    const Judged judged(whole, machine);
+    std::vector<std::string> named;
+    const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
+    std::set<std::string> alarms;
+    for (const std::string& row : named) alarms.merge(names(row));
+    study.alarms.resize(draw + 1);
+    study.alarms[draw] += std::ssize(alarms);
+    for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+      const MeasuredChannel& channel = whole.channels[c];
+      if (machine.sensor_index(channel.sensor) < 0) continue;
+      const Eigen::VectorXd readings = whole.values(channel);
+      for (std::size_t f = 0; f < std::size(faults); ++f) {
+        std::mt19937_64 random(1000 * seed + 10 * c + f);
+        const double share = std::uniform_real_distribution<double>(earliest, latest)(random);
+        const auto from = std::max<Index>(smooth, static_cast<Index>(share * readings.size()));
+        Measurement spoilt = whole;
+        spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
+        named.clear();
+        const auto errors = run_compensator(spoilt, model, judged.poses, how, nullptr, &named);
+        FailedSensorRow row{
+            name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
+        const Index clock = row.fault == "stuck" ? moved(readings, from, 5.0 * channel.uncertainty) : from;
+        row.told = clock < readings.size();
+        row.named_min = std::numeric_limits<double>::infinity();
+        std::set<std::string> others;
+        const Eigen::VectorXd time = whole.time();
+        for (Index i = from; i < readings.size(); ++i) {
+          std::set<std::string> now = names(named[i]);
+          if (now.erase(channel.sensor) > 0 && !std::isfinite(row.named_min))
+            row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / core::units::minute;
+          others.merge(now);
         }
+        row.false_names = others.size();
+        study.rows.push_back(row);
       }
     }
-  }
-  study.measured_nodes = machines.nodes();
+  };
+  study.measured_nodes = measure_each(machine_case, failed_sensor_loads(machine_case, options), options, take);
   return study;
 }
 

@@ -264,19 +264,13 @@ RestartStudy RestartStudy::first(int draws) const {
 
 RestartStudy study_restart(const solver::Case& machine_case, const reduction::ReducedModel& model,
                            const ValidationOptions& options) {
-  options.validate();
-  require_check_points(machine_case);
-  const std::vector<MeasuredLoad> loads = restart_loads(machine_case, options);
-  MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   RestartStudy study;
-  for (int draw = 0; draw < options.draws; ++draw) {
-    for (const MeasuredLoad& load : loads) {
-      RestartRow row = judge(machines.measure(options.first_seed + draw, load), model, load.program);
-      row.draw = draw;
-      study.rows.push_back(std::move(row));
-    }
-  }
-  study.measured_nodes = machines.nodes();
+  const auto take = [&](int draw, const MeasuredLoad& load, const Measurement& measurement) {
+    RestartRow row = judge(measurement, model, load.program);
+    row.draw = draw;
+    study.rows.push_back(std::move(row));
+  };
+  study.measured_nodes = measure_each(machine_case, restart_loads(machine_case, options), options, take);
   return study;
 }
 

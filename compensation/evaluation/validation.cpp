@@ -151,23 +151,27 @@ std::vector<MeasuredLoad> validation_loads(const solver::Case& machine_case, con
   return loads;
 }
 
-Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
-                           const ValidationOptions& options) {
+Eigen::Index measure_each(
+    const solver::Case& machine_case, const std::vector<MeasuredLoad>& loads, const ValidationOptions& options,
+    const std::function<void(int draw, const MeasuredLoad& load, const Measurement& measurement)>& take) {
   options.validate();
   require_check_points(machine_case);
-  const std::vector<MeasuredLoad> loads = validation_loads(machine_case, options);
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
+  for (int draw = 0; draw < options.draws; ++draw)
+    for (const MeasuredLoad& load : loads) take(draw, load, machines.measure(options.first_seed + draw, load));
+  return machines.nodes();
+}
+
+Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                           const ValidationOptions& options) {
   Validation validation;
-  for (int draw = 0; draw < options.draws; ++draw) {
-    for (const MeasuredLoad& load : loads) {
-      const Measurement measurement = machines.measure(options.first_seed + draw, load);
-      std::vector<ValidationTrace>* traces = draw < options.traced_draws ? &validation.traces : nullptr;
-      for (ValidationRow& row :
-           judge_compensation(measurement, machine_case.machine, model, load.program.name(), draw, traces))
-        validation.rows.push_back(std::move(row));
-    }
-  }
-  validation.measured_nodes = machines.nodes();
+  const auto judge = [&](int draw, const MeasuredLoad& load, const Measurement& measurement) {
+    std::vector<ValidationTrace>* traces = draw < options.traced_draws ? &validation.traces : nullptr;
+    for (ValidationRow& row :
+         judge_compensation(measurement, machine_case.machine, model, load.program.name(), draw, traces))
+      validation.rows.push_back(std::move(row));
+  };
+  validation.measured_nodes = measure_each(machine_case, validation_loads(machine_case, options), options, judge);
   validation.unmoved_directions =
       AxisReach(machine_case.machine, machine_case.check_points.front()).unmoved_directions();
   return validation;

@@ -4,6 +4,7 @@
 // steps, noise) run unseen load programs, the compensator runs beside them from inputs and sensors
 // alone, and the TCP error before and after is compared at the check points.
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -95,6 +96,12 @@ void require_check_points(const solver::Case& machine_case);
 
 /// The load programs of the case as each machine runs them. @throws InputError if one is unknown
 std::vector<MeasuredLoad> validation_loads(const solver::Case& machine_case, const ValidationOptions& options);
+
+/// Measures every load on every machine, the loads of a machine one after another. @return nodes of the measured mesh
+/// @param take  gets each measurement  @throws InputError if the case has no check points
+Eigen::Index measure_each(
+    const solver::Case& machine_case, const std::vector<MeasuredLoad>& loads, const ValidationOptions& options,
+    const std::function<void(int draw, const MeasuredLoad& load, const Measurement& measurement)>& take);
 
 /// @throws InputError if the case has no check points or a load is unknown
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
