@@ -14,7 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double GiB = 1024.0 * 1024.0 * 1024.0;
 constexpr double bytes_per_number = 14.0;  // of a table, with its comma
 // Half of what `simulate` took on cases/vmc5, coarse, linear tetrahedra: 0.33 GiB with 19,021 nodes.
 constexpr double bytes_per_node = 6e3;

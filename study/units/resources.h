@@ -14,6 +14,8 @@
 
 namespace thermotwin::study {
 
+inline constexpr double GiB = 1024.0 * 1024.0 * 1024.0;  ///< bytes
+
 struct MemoryWanted {
   double bytes = 0;    ///< of the unit that needs most; 0: not known
   std::string words;   ///< what needs it, e.g. "12 variants of 4321 nodes"

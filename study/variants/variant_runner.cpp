@@ -44,14 +44,11 @@ double block_bytes(const VariantUnit& unit, Eigen::Index size, int recycled) {
 }
 
 void require_memory_of(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index size, int recycled) {
-  const double need = block_bytes(unit, size, recycled);
-  const double available = static_cast<double>(solver::available_memory());
-  if (need <= 0.9 * available) return;
-  throw core::InputError(fmt::format("{} block", plan.path.string()),
-                         fmt::format("{} variants of {} unknowns need {:.2f} GiB, {:.2f} GiB of memory are available",
-                                     unit.variants.size(), size, need / 1073741824.0, available / 1073741824.0),
-                         fmt::format("block = {} or less",
-                                     std::max(1L, static_cast<long>(0.9 * available / need * unit.variants.size()))));
+  const double need = block_bytes(unit, size, recycled), available = 0.9 * solver::available_memory();
+  const auto fitting = static_cast<long>(available / need * unit.variants.size());
+  require_memory({need, fmt::format("{} variants of {} unknowns", unit.variants.size(), size),
+                  fmt::format("block = {} or less", std::max(1L, fitting))},
+                 fmt::format("{} block", plan.path.string()), available);
 }
 
 }  // namespace

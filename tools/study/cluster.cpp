@@ -37,7 +37,7 @@ void require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
   study::require_disk(study.folder, bytes);
   const study::MemoryWanted memory = study.memory(pending);
   if (cluster.slurm)
-    study::require_memory(memory, "--task-memory", 1073741824.0 * cluster.task_memory_GiB);
+    study::require_memory(memory, "--task-memory", study::GiB * cluster.task_memory_GiB);
   else
     study::require_memory(memory, study.origin.string(), solver::available_memory());
 }
