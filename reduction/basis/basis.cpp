@@ -25,18 +25,17 @@ template <int W>
 void image_of_columns(const solver::SparseMatrix& symmetric, const Eigen::Ref<const Eigen::MatrixXd>& x,
                       Eigen::Index first, Eigen::MatrixXd& image) {
   const solver::SideBySide rows = x.middleCols(first, W);
-  const int *outer = symmetric.outerIndexPtr(), *inner = symmetric.innerIndexPtr();
-  const double* value = symmetric.valuePtr();
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     solver::RowSum<W> sum;
-    for (int at = outer[i]; at < outer[i + 1]; ++at) sum.add(value[at], rows.data() + Eigen::Index{W} * inner[at]);
+    for (solver::SparseMatrix::InnerIterator entry(symmetric, i); entry; ++entry)
+      sum.add(entry.value(), &rows(entry.row(), 0));
     double sums[W];
     sum.put(sums);
     for (int k = 0; k < W; ++k) image(i, first + k) = sums[k];
   }
 }
 
-/// M X. @param matrix  symmetric and compressed
+/// M X, M symmetric
 Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
   Eigen::MatrixXd image(x.rows(), x.cols());
   core::parallel_for(0, chunks_of(x.cols()), [&](Eigen::Index c) {
