@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/file.h"
 #include "core/table.h"
 #include "tests/cases/texts.h"
 #include "tests/cases/toy.h"
@@ -121,6 +122,40 @@ TEST(Measure, ThermalTable) {
   EXPECT_NEAR(row["range_first_hour"].get<double>(), 1.8, 1e-9);
   EXPECT_NEAR(row["range"].get<double>(), 7.2, 1e-9);
   EXPECT_NEAR(row["gradient_per_K"].get<double>(), 3.0, 1e-6);
+}
+
+/// A test of four hours whose displacement rises by `slope` um a row.
+void write_test(const Toy& toy, const std::string& name, const std::string& channel, double slope) {
+  std::string data = "time_s," + channel + "\n";
+  for (int i = 0; i < 25; ++i) data += std::to_string(600 * i) + "," + std::to_string(slope * i) + "\n";
+  toy.write(name + "/data.csv", data);
+  toy.write(name + "/channels.toml",
+            "[[channel]]\nid = '" + channel + "'\nkind = 'displacement'\nunit = 'um'\nuncertainty = 0.2\n");
+}
+
+TEST(Measure, SeveralTestsMakeOneTable) {
+  const Toy toy;
+  write_test(toy, "spindle", "z", 0.3);
+  write_test(toy, "x_axis", "z", 1.0);
+  write_test(toy, "c_axis", "x", 2.0);
+  const std::vector<std::string> all{"measure", "analyse", toy.file("spindle"), toy.file("x_axis"), toy.file("c_axis")};
+  const Result result = toy.run(all);
+  ASSERT_EQ(result.status, 0) << result.err;
+  for (const char* words : {"spindle", "x_axis", "c_axis", "1.8 / 7.2", "6 / 24", "12 / 48"})
+    EXPECT_SAYS(result.out, words);
+  const nlohmann::json tests = nlohmann::json::parse(core::read_file(toy.result("thermal_tests.json")))["tests"];
+  ASSERT_EQ(tests.size(), 3U);
+  EXPECT_EQ(tests[1]["test"], "x_axis");
+  EXPECT_NEAR(tests[1]["rows"][0]["range"].get<double>(), 24.0, 1e-9);
+  EXPECT_SAYS(core::read_file(toy.result("thermal_tests.csv")), "\"c_axis\",\"x\",um,25,12,48,");
+  std::vector<std::string> wrong = all;
+  wrong.push_back(toy.path());
+  const Result refused = toy.run(wrong);
+  EXPECT_EQ(refused.status, 3);
+  for (const char* words : {"no channels.toml", "ISO 230-3"}) EXPECT_SAYS(refused.err, words);
+  wrong = all;
+  wrong.insert(wrong.end(), {"--channels", "points"});
+  EXPECT_EQ(toy.run(wrong).status, 2);
 }
 
 TEST(Measure, SlipsLeaveNothingBehind) {

@@ -69,11 +69,14 @@ std::shared_ptr<CommonOptions> add_analyse(CLI::App& group) {
                "Computes errors of the kinematic chain from an R-Test or a volumetric grid, displacements from probes "
                "around a mandrel, the deformation of a table's surface, or ranges and gradients of an ISO 230-3 test.",
                "thermotwin measure analyse rtest --record loads --out out/rtest\n"
-               "  thermotwin measure analyse etve --ambient air",
+               "  thermotwin measure analyse etve --ambient air\n"
+               "  thermotwin measure analyse etve spindle x_axis y_axis z_axis",
                options, &tools::measure_analyse);
   verb->add_option("FOLDER", measured.file,
                    "Folder with rtest.toml, grid.toml, mandrel.toml or surface.toml, or a measurement folder.")
       ->required();
+  verb->add_option("FURTHER", measured.others,
+                   "Further measurement folders: one table of all ISO 230-3 tests, a column for each.");
   verb->add_option("--record", measured.record,
                    "Measurement folder of loads and temperatures during the test, to be merged with its results.");
   verb->add_option("--channels", measured.channels,

@@ -10,13 +10,11 @@
 #include <optional>
 #include <utility>
 
-#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
-#include "metrology/iso230/thermal_table.h"
 #include "metrology/mandrel/mandrel.h"
 #include "metrology/rtest/analysis.h"
 #include "metrology/rtest/continuous.h"
@@ -28,6 +26,7 @@
 #include "tools/measure/estimate_plots.h"
 #include "tools/measure/json_number.h"
 #include "tools/measure/measure.h"
+#include "tools/measure/thermal_tests.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -312,22 +311,11 @@ std::string calibration_words(const metrology::CalibrationCheck& check, json& re
       check.misfit / units::um, check.expected / units::um, check.least_gain, check.most_gain);
 }
 
-/// Results of another kind of test, which this one does not replace.
-void warn_of_others(const MeasureOptions& options, const std::string& own) {
-  std::vector<std::string> others;
-  for (const char* name :
-       {"location_errors.csv", "errors.csv", "displacements.csv", "modes.csv", "thermal_table.json"}) {
-    if (name != own && std::filesystem::exists(options.out / name)) others.emplace_back(name);
-  }
-  if (!others.empty())
-    core::warn(fmt::format("{} has results of another test, which stay: {}", options.out.string(), core::join(others)));
-}
-
 /// The files that all records have in common, and the summary.
 void write_estimates(const MeasureOptions& options, const Estimates& estimates,
                      const compensation::Measurement& measurement, const std::string& table, const std::string& picture,
                      json result, std::string text) {
-  warn_of_others(options, table + ".csv");
+  warn_of_other_results(options, table + ".csv");
   core::write_csv(options.out / (table + ".csv"), metrology::error_table(estimates));
   if (!picture.empty()) core::write_file(options.out / (table + ".svg"), picture);
   if (!measurement.channels.empty()) {
@@ -399,60 +387,10 @@ void analyse_surface(const MeasureOptions& options) {
                   text_of(estimates) + residual_words(estimates, record.std) + (record.alone ? alone_words : ""));
 }
 
-void analyse_thermal(const MeasureOptions& options) {
-  compensation::Measurement measurement = compensation::read_measurement(options.file);
-  for (const std::string& words : compensation::blank_implausible(measurement, mesh::PlausibleRange{}))
-    core::warn(words);
-  const metrology::ThermalTable table = metrology::thermal_table(measurement, options.ambient);
-  Rows rows{{"channel", "unit", "first hour", "whole test", "without noise", "u", "end", "u"}};
-  if (!table.ambient.empty()) rows[0].insert(rows[0].end(), {"per K", "u"});
-  json json_rows = json::array();
-  const auto cell = [](double value, int digits) {
-    return std::isnan(value) ? std::string("-") : fmt::format("{:.{}g}", value, digits);
-  };
-  for (const metrology::ThermalRow& row : table.rows) {
-    rows.push_back({row.channel, row.unit, cell(row.first_hour, 3), cell(row.whole, 3), cell(row.motion, 3),
-                    cell(row.motion_std, 2), cell(row.last, 3), cell(row.last_std, 2)});
-    if (!table.ambient.empty())
-      rows.back().insert(rows.back().end(), {cell(row.gradient, 3), cell(row.gradient_std, 2)});
-    json_rows.push_back({{"channel", row.channel},
-                         {"unit", row.unit},
-                         {"count", row.count},
-                         {"range_first_hour", number_or_null(row.first_hour)},
-                         {"range_first_hour_without_noise", number_or_null(row.first_hour_motion)},
-                         {"std_of_first_hour_without_noise", number_or_null(row.first_hour_std)},
-                         {"range", row.whole},
-                         {"range_without_noise", row.motion},
-                         {"std_of_range_without_noise", row.motion_std},
-                         {"end", row.last},
-                         {"std_of_end", row.last_std},
-                         {"gradient_per_K", number_or_null(row.gradient)},
-                         {"gradient_std", number_or_null(row.gradient_std)},
-                         {"reliability_of_ambient", number_or_null(row.reliability)}});
-  }
-  const json result = {{"duration_s", table.duration},
-                       {"ambient", table.ambient},
-                       {"ambient_range_K", table.ambient_range},
-                       {"rows", json_rows}};
-  warn_of_others(options, "thermal_table.json");
-  core::write_file(options.out / "thermal_table.json", result.dump(1) + "\n");
-  std::string text = core::format_table(rows) + fmt::format("{:.4g} h", table.duration / units::hour);
-  if (!table.ambient.empty()) text += fmt::format("; {} changes by {:.3g} K", table.ambient, table.ambient_range);
-  text += fmt::format("; in {}\n", (options.out / "thermal_table.json").string());
-  if (!table.has_an_hour()) text += "the record is shorter than an hour: it has no range of the first hour\n";
-  for (const metrology::ThermalRow& row : table.rows) {
-    constexpr double good = 0.9;
-    if (!(row.reliability < good)) continue;
-    text += fmt::format("{} over {}: {:.0f} % of the temperature's variance are its scatter; {}\n", row.channel,
-                        table.ambient, 100.0 * (1.0 - row.reliability),
-                        std::isnan(row.gradient) ? "too much for a gradient" : "the gradient is corrected for it");
-  }
-  print_summary(options, text, result.dump());
-}
-
 }  // namespace
 
 void measure_analyse(const MeasureOptions& options) {
+  if (!options.others.empty()) return analyse_thermal_tests(options);
   const auto has = [&](const char* name) { return std::filesystem::exists(options.file / name); };
   const std::vector<std::string> kinds{"rtest.toml", "grid.toml", "mandrel.toml", "surface.toml", "channels.toml"};
   std::vector<std::string> found;

@@ -19,9 +19,10 @@ struct MeasureOptions : CommonOptions {
   int draws = 4000;
   std::uint64_t seed = 1;
   std::string fit = "geometric";
-  std::filesystem::path record;  ///< of analyse: loads and temperatures for the result's folder
-  std::string ambient;           ///< of analyse: the temperature of the gradients
-  std::string channels;          ///< of analyse: in the result's folder, "errors" or "points"; empty: by the record
+  std::vector<std::filesystem::path> others;  ///< of analyse: further measurement folders for one table
+  std::filesystem::path record;               ///< of analyse: loads and temperatures for the result's folder
+  std::string ambient;                        ///< of analyse: the temperature of the gradients
+  std::string channels;  ///< of analyse: in the result's folder, "errors" or "points"; empty: by the record
 };
 
 struct MeasurePlanOptions : CommonOptions {
