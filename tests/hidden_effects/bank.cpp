@@ -19,6 +19,7 @@
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/response/problem.h"
 #include "diagnosis/response/response.h"
+#include "refit.h"
 #include "wrong_parts.h"
 
 namespace thermotwin::hidden {
@@ -96,6 +97,18 @@ double heldout_square(const diagnosis::Problem& problem, const VectorXd& predict
                .sum();
   }
   return sum;
+}
+
+/// What the diagnosis says, or where it names nothing what leads its ranking; empty: no cause.
+/// @return nothing where something unknown leads
+std::optional<std::vector<Truth>> preferred(const diagnosis::Diagnosis& d) {
+  std::vector<Truth> causes;
+  for (const diagnosis::RankedCause& cause : d.causes) causes.push_back({cause.parameter, cause.value});
+  if (!causes.empty() || d.ranking.empty()) return causes;
+  const diagnosis::RankedCause& first = d.ranking.front();
+  if (first.parameter.kind == Kind::none) return causes;
+  if (first.parameter.name.empty()) return std::nullopt;
+  return std::vector<Truth>{{first.parameter, first.value}};
 }
 
 }  // namespace
@@ -245,6 +258,10 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   line.against_none = factors.against_none;
   line.against_rival = factors.against_rival;
   line.rival = factors.rival;
+  if (const auto odds = refitted_log_odds(seen, machine, {{truth.parameter, line.value}})) {
+    if (const auto winner = preferred(d))
+      if (const auto other = refitted_log_odds(seen, machine, *winner)) line.refit_over_winner = *odds - *other;
+  }
   mesh::Machine found = machine;
   for (const diagnosis::RankedCause& cause : d.causes) {
     if (d.verdict == diagnosis::Verdict::explained)

@@ -47,13 +47,16 @@ struct Line {
   double seconds = 0, second_named = 0;
   /// Of a missing source on a machine of 12 sensors or more: 100 mm or 6 % of the machine's diagonal.
   double place_allowed = absent;
+  /// Nats by which the truth, fitted exactly, is ahead of what the diagnosis prefers, fitted alike.
+  double refit_over_winner = absent;
 
   static constexpr double absent = -1e9;
   bool clear() const { return against_none >= 20.0 && against_rival >= 10.0; }
   bool identifiable() const { return group == "single" && clear(); }
   bool visible() const { return (group == "outside" || group == "change") && against_none >= 30.0; }
   bool unlike_any() const { return visible() && against_rival >= 30.0; }
-  std::string text() const;  ///< tab separated
+  bool better_missed() const;  ///< a single that is not named, although its exact refit is ahead of the winner's
+  std::string text() const;    ///< tab separated
   /// @param text  may end after `second_named`, as those of earlier banks do
   static Line parse(const std::string& text);
   static std::string header();

@@ -60,6 +60,7 @@ const std::vector<Column>& columns() {
       {"seconds", &Line::seconds},
       {"second_named", &Line::second_named},
       {"place_allowed_mm", &Line::place_allowed},
+      {"refit_over_winner", &Line::refit_over_winner},
   };
   return all;
 }

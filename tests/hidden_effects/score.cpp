@@ -74,9 +74,11 @@ bool named(const Line& line) {
 
 }  // namespace
 
+bool Line::better_missed() const { return group == "single" && !named(*this) && refit_over_winner > 0.0; }
+
 std::string score(const std::vector<Line>& lines) {
   Share identifiable, first, other, third, alarms, outside, unlike_any, both, clear_both, covered, negative;
-  Share explained, in_words, wrong, changes, near_of_twelve;
+  Share explained, in_words, better_missed, wrong, changes, near_of_twelve;
   double probability = 0.0;
   std::vector<double> gains, seconds, place_errors;
   Share near, region_holds, follows_right;
@@ -130,6 +132,7 @@ std::string score(const std::vector<Line>& lines) {
     if (line.identifiable()) {
       first.count(named(line));
       explained.count(line.verdict == diagnosis::Verdict::explained);
+      better_missed.count(line.better_missed());
       in_words.count(named(line) || in_set(line, line.kind, line.where));
       by_kind[line.kind].second.count(named(line));
       probability += line.probability;
@@ -177,6 +180,7 @@ std::string score(const std::vector<Line>& lines) {
   row("first named cause right (kind and place), identifiable", ">= 95 %", first.text());
   row("`explained`, identifiable", ">= 80 %", explained.text());
   row("truth named or in the set, identifiable", "-", in_words.text());
+  row("missed although an exact refit of the truth is ahead of the winner, identifiable", "0", better_missed.text());
   row("wrong name with a probability above 0.9, of singles, pairs and clean sets", "<= 1 %", wrong.text());
   row("other sets: no_discrepancy, or the truth named or in the set", ">= 90 %", other.text());
   row("mean probability given to the truth, identifiable", ">= 0.85",
