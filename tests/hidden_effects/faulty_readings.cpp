@@ -52,6 +52,12 @@ VectorXd spoilt_reading(Kind kind, double value, const VectorXd& time, const Vec
   return out;
 }
 
+bool concerns(const std::string& where, const compensation::MeasuredChannel& channel) {
+  if (where == channel.id) return true;
+  if (!channel.sensor.empty()) return where == "temperature";
+  return channel.input.empty() && (where == "displacement" || where == "displacement." + channel.quantity);
+}
+
 OutsideEffect::OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine,
                              const solver::Layout& layout, double duration_s, Random& random)
     : effect_(effect),

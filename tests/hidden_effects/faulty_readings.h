@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/measurement/measurement.h"
 #include "solver/operation/layout.h"
 #include "specimen.h"
 
@@ -15,6 +16,10 @@ namespace thermotwin::hidden {
 /// A lag is two elements in a row, a drift bends, a loose sensor swings a little.
 Eigen::VectorXd spoilt_reading(diagnosis::Kind kind, double value, const Eigen::VectorXd& time,
                                const Eigen::VectorXd& air, Eigen::VectorXd values);
+
+/// Whether a faulty reading of `where` is that of the channel: its id, "temperature", "displacement", or
+/// "displacement." and its quantity.
+bool concerns(const std::string& where, const compensation::MeasuredChannel& channel);
 
 class OutsideEffect {
 public:

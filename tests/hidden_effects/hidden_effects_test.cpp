@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "bank.h"
 #include "baselines.h"
@@ -11,6 +12,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
+#include "faulty_readings.h"
 #include "reduction/basis/reduce.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/full_model.h"
@@ -115,6 +117,19 @@ hidden::Truth heat_on(const std::string& body, const Eigen::Vector3d& centre, co
   source->at = source->most = at;
   t.parameter.missing = std::move(source);
   return t;
+}
+
+TEST(HiddenEffects, EveryFaultyReadingIsInAChannel) {
+  const compensation::Measurement blank = bench().specimen.blank("mixed");
+  int all_alike = 0;
+  for (const diagnosis::Parameter& p : diagnosis::candidate_parameters(bench().specimen.nominal(), blank, true)) {
+    if (!diagnosis::acts_on_readings(p.kind)) continue;
+    const auto count = std::count_if(blank.channels.begin(), blank.channels.end(),
+                                     [&](const auto& channel) { return hidden::concerns(p.where, channel); });
+    EXPECT_GE(count, 1) << name_of(p);
+    all_alike += p.where.starts_with("displacement.") && count > 1;
+  }
+  EXPECT_GE(all_alike, 1);
 }
 
 TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
@@ -317,6 +332,21 @@ TEST(HiddenEffects, AnEarlierBanksRowIsRead) {
   EXPECT_EQ(earlier.id, "x");
   EXPECT_EQ(earlier.second_named, 1.0);
   EXPECT_EQ(earlier.place_allowed, hidden::Line::absent);
+}
+
+/// No constant change of these joints describes what happened, so that without a step no cause is the likeliest.
+TEST(HiddenEffects, LostPreloadIsAStepWhereNoConstantChangeFits) {
+  const std::pair<const char*, std::uint64_t> of[] = {{"X_guide", 2}, {"Z_guide", 1}};
+  for (const auto& [joint, seed] : of) {
+    hidden::Draw draw;
+    draw.load = "mixed";
+    draw.seed = seed;
+    draw.outside = hidden::Outside::lost_preload;
+    draw.outside_where = joint;
+    const hidden::Line line = run(hidden::Group::change, draw);
+    EXPECT_EQ(line.named_kind + " " + line.named_where, std::string("contact_step ") + joint) << line.text();
+    EXPECT_GT(line.named_probability, 0.9) << line.text();
+  }
 }
 
 TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {

@@ -16,14 +16,13 @@ std::optional<double> refitted_log_odds(const Seen& seen, const mesh::Machine& m
   const diagnosis::Problem& problem = seen.problem();
   const diagnosis::SearchOptions options;
   const diagnosis::White white(problem);
-  const double log_none =
-      diagnosis::LinearEvidence(white.columns, white.residual, problem.prior_std).log_evidence();
+  const double log_none = diagnosis::LinearEvidence(white.columns, white.residual, problem.prior_std).log_evidence();
   diagnosis::Hypothesis h;
   h.value.resize(std::ssize(causes));
   for (std::size_t k = 0; k < causes.size(); ++k) {
-    const auto found = std::find_if(
-        problem.parameters.begin(), problem.parameters.end(),
-        [&](const diagnosis::Parameter& p) { return !p.missing && same_cause(p, causes[k].parameter); });
+    const auto found =
+        std::find_if(problem.parameters.begin(), problem.parameters.end(),
+                     [&](const diagnosis::Parameter& p) { return !p.missing && same_cause(p, causes[k].parameter); });
     if (causes[k].parameter.missing || found == problem.parameters.end()) return std::nullopt;
     h.members.push_back(static_cast<int>(found - problem.parameters.begin()));
     h.value[k] = causes[k].value;

@@ -490,8 +490,7 @@ Record Specimen::record(const Draw& draw, Recording recording) const {
                                 : VectorXd(run.errors.col(pose_column++));
     for (const Truth& truth : draw.truths) {
       if (!diagnosis::acts_on_readings(truth.parameter.kind)) continue;
-      const std::string& where = truth.parameter.where;
-      if (where == channel.id || (where == "temperature" && is_sensor) || (where == "displacement" && !is_sensor))
+      if (concerns(truth.parameter.where, channel))
         values =
             spoilt_reading(truth.parameter.kind, truth.value, time,
                            is_sensor ? air_beside(machine.sensors[machine.sensor_index(channel.sensor)], machine, run)
