@@ -168,7 +168,7 @@ Look look_at(const reduction::ReducedModel& model, Records records, const Diagno
                            other_parameters(problem, look.found));
     search_it();
   }
-  if (look.found.probability_none < none_likely && records.size() == 1) {
+  if (records.size() == 1) {
     const ChangingSizes changing = find_changing_sizes(problem, response, machine, look.found);
     if (add_steps(problem, changing.steps, look.found)) look.found = search(problem, response, machine);
     add_laws(look.found, clear_laws(problem, look.found, changing.laws));
