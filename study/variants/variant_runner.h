@@ -25,8 +25,8 @@ struct RunnerOptions {
   solver::SolverChoice solver = solver::SolverChoice::automatic;
   const reduction::ReducedModel* reduced = nullptr;  ///< instead of the full model; must outlive the runner
   double checkpoint_s = 60;                          ///< wall clock seconds between two checkpoints
-  double tolerance = 1e-12;  ///< of the iteration: a thousandth of a campaign's, since variants are compared
-  int recycled = 8;          ///< see solver::IntegratorOptions
+  double tolerance = 1e-11;                          ///< of the iteration, as a campaign's
+  int recycled = 8;                                  ///< see solver::IntegratorOptions
 };
 
 class VariantRunner {

@@ -93,9 +93,8 @@ std::vector<std::string> names_of(const std::vector<fs::path>& folders) {
 
 /// A displacement of one of several tests; null: the test has none of this name and unit.
 const ThermalRow* row_named(const ThermalTable& table, const std::string& channel, const std::string& unit) {
-  const auto found = std::find_if(table.rows.begin(), table.rows.end(), [&](const ThermalRow& row) {
-    return row.channel == channel && row.unit == unit;
-  });
+  const auto found = std::find_if(table.rows.begin(), table.rows.end(),
+                                  [&](const ThermalRow& row) { return row.channel == channel && row.unit == unit; });
   return found == table.rows.end() ? nullptr : &*found;
 }
 
@@ -121,9 +120,8 @@ Rows side_by_side(const std::vector<std::string>& names, const std::vector<Therm
     std::vector<std::string> gradients{"", unit + "/K"};
     for (const ThermalTable& table : tables) {
       const ThermalRow* row = row_named(table, channel, unit);
-      rows.back().push_back(row == nullptr
-                                ? "-"
-                                : fmt::format("{} / {}", cell(row->first_hour, 3), cell(row->motion, 3)));
+      rows.back().push_back(row == nullptr ? "-"
+                                           : fmt::format("{} / {}", cell(row->first_hour, 3), cell(row->motion, 3)));
       gradients.push_back(row == nullptr ? "-" : cell(row->gradient, 3));
     }
     if (per_K) rows.push_back(gradients);
