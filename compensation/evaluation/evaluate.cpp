@@ -15,6 +15,7 @@
 #include "compensation/evaluation/result.h"
 #include "compensation/evaluation/scoring.h"
 #include "compensation/evaluation/standings.h"
+#include "compensation/measurement/measurement_check.h"
 #include "compensation/models/catalogue.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
@@ -70,6 +71,15 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
                        fmt::format("channel '{}': {}", channel.id, words(channel)),
                        fmt::format("{}, as in {}", words(known), measurement.folder.string()));
     }
+  }
+}
+
+/// What trains comes from the machine that is judged; a folder that states no machine may be of any.
+void require_one_machine(const Measurement& judged, const std::vector<Measurement>& training_data) {
+  const Measurement* stated = &judged;
+  for (const Measurement& training : training_data) {
+    require_recorded_on(training, stated->machine, stated->folder.string());
+    if (stated->machine.empty()) stated = &training;
   }
 }
 
@@ -157,6 +167,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
   for (const Measurement& other : training_data) require_displacements(other);
+  require_one_machine(measurement, training_data);
   std::vector<const Measurement*> all{&measurement};
   for (const auto* more : {&others, &training_data}) {
     for (const Measurement& other : *more) {

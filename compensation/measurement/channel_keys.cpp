@@ -84,7 +84,11 @@ const KeyTable program_table{"program",
 const KeyTable record{
     "record",
     "How the record was taken.",
-    {key::flag("rows_at_changes", false,
+    {key::text(
+         "machine", Absent{"not stated: fits every machine with its channels"},
+         "`name` in machine.toml of the recorded machine. `evaluate`, `diagnose` and `run` refuse the record with the "
+         "model of another machine, and `evaluate` its use as training data for a record of another."),
+     key::flag("rows_at_changes", false,
                "true: each change of a speed, power or state has a row at its time. false: where rows are more than a "
                "minute apart, a change may have occurred at any time since the previous row."),
      key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},

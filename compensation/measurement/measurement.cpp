@@ -282,6 +282,7 @@ Measurement read_measurement(const std::filesystem::path& folder) {
   Measurement measurement;
   measurement.folder = folder;
   if (const auto record = root.table_if("record")) {
+    if (record->has("machine")) measurement.machine = record->text("machine");
     measurement.rows_at_changes = record->boolean("rows_at_changes");
     if (record->has("starts_at")) measurement.starts_at_h = read_hour(*record, "starts_at");
     record->finish();
@@ -317,7 +318,8 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
   const auto out = fmt::appender(text);
   fmt::format_to(out, "schema = 1\n");
   const bool timed = std::isfinite(measurement.starts_at_h);
-  if (measurement.rows_at_changes || timed) fmt::format_to(out, "[record]\n");
+  if (!measurement.machine.empty() || measurement.rows_at_changes || timed) fmt::format_to(out, "[record]\n");
+  if (!measurement.machine.empty()) fmt::format_to(out, "machine = {}\n", core::toml_text(measurement.machine));
   if (measurement.rows_at_changes) fmt::format_to(out, "rows_at_changes = true\n");
   if (timed) {
     const long minutes = std::lround(60.0 * measurement.starts_at_h) % (24 * 60);

@@ -51,6 +51,7 @@ struct Program {
 
 struct Measurement {
   std::filesystem::path folder;
+  std::string machine;            ///< name in machine.toml of the recorded machine; empty: not stated
   std::vector<Program> programs;  ///< in order of time, apart from each other; may be empty
   std::vector<MeasuredChannel> channels;
   core::Table data;              ///< first column time_s, rising

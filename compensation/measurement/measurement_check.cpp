@@ -109,7 +109,14 @@ bool is_coolant_rise(const MeasuredChannel& channel, const mesh::Machine& machin
 
 }  // namespace
 
+void require_recorded_on(const Measurement& measurement, const std::string& machine, const std::string& of) {
+  if (measurement.machine.empty() || machine.empty() || measurement.machine == machine) return;
+  throw InputError((measurement.folder / "channels.toml").string() + " [record] machine",
+                   "'" + measurement.machine + "'", "'" + machine + "', the machine of " + of);
+}
+
 void require_fits(const Measurement& measurement, const mesh::Machine& machine) {
+  require_recorded_on(measurement, machine.name, machine.path.empty() ? "the model" : machine.path.string());
   const solver::Channels channels(machine);
   std::vector<std::string> ids;
   for (const MeasuredChannel& channel : measurement.channels) ids.push_back(channel.id);

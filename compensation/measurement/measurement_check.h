@@ -14,7 +14,12 @@
 
 namespace thermotwin::compensation {
 
-/// Checks against a machine: sensors, inputs, quantities and poses exist, units fit, temperatures are plausible.
+/// A record that states its machine belongs to this one. @param machine  its name; empty: not known
+/// @param of  file or folder whose machine it is  @throws InputError with both names
+void require_recorded_on(const Measurement& measurement, const std::string& machine, const std::string& of);
+
+/// Checks against a machine: its name is the same where stated; sensors, inputs, quantities and poses exist; units fit;
+/// temperatures are plausible.
 void require_fits(const Measurement& measurement, const mesh::Machine& machine);
 
 /// Every reading in degC is a temperature that can be.

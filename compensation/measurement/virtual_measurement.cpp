@@ -235,7 +235,9 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
     }
   }
   if (options.coolant_rise && truth.heat_flows.rows() == times) add_rises(truth, machine, options, normal, builder);
-  return builder.finish("virtual measurement of " + truth.load);
+  Measurement measurement = builder.finish("virtual measurement of " + truth.load);
+  measurement.machine = machine.name;
+  return measurement;
 }
 
 }  // namespace thermotwin::compensation

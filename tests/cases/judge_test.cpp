@@ -172,6 +172,20 @@ TEST(Evaluate, RefusesATrainingFolderOfAnotherMachineByName) {
                     toy.file("other"), "--models", "static_regression"});
   };
   EXPECT_EQ(judge("--train-data").status, 0);
+  const std::string stated = "machine = \"toy\"";
+  ASSERT_NE(channels.find(stated), std::string::npos) << "a virtual record states its machine";
+  std::string renamed = channels;
+  renamed.replace(renamed.find(stated), stated.size(), "machine = \"ac5\"");
+  toy.write("other/channels.toml", renamed);
+  for (const char* option : {"--train-data", "--also"}) {
+    const Result refused = judge(option);
+    EXPECT_EQ(refused.status, 3) << option;
+    for (const std::string& words : {toy.file("other"), std::string("'ac5'"), std::string("'toy'")})
+      EXPECT_SAYS(refused.err, words);
+  }
+  const Result diagnosed = toy.run({"diagnose", "--data", toy.file("other"), "--model", model});
+  EXPECT_EQ(diagnosed.status, 3);
+  EXPECT_SAYS(diagnosed.err, "'ac5'; allowed: 'toy'");
   toy.write("other/channels.toml", changed);
   for (const char* option : {"--train-data", "--also"}) {
     const Result refused = judge(option);

@@ -444,6 +444,31 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   EXPECT_SAYS(leaked.err, "without the folders of --data and --also");
 }
 
+TEST(EvaluateRecord, ATrainingFolderOfAnotherMachineIsRefusedByBothNames) {
+  const Toy toy;
+  std::mt19937_64 random(9);
+  for (const char* name : {"trained", "judged"}) {
+    Motor motor;
+    write_record(toy, name, 12, [&](double hour) { return motor.step(random, heat_of(0, hour)); });
+  }
+  const std::string channels = read(toy.file("judged/channels.toml"));
+  const auto with = [&](const std::string& judged, const std::string& trained) {
+    for (const auto& [name, machine] : {std::pair{"judged", judged}, {"trained", trained}}) {
+      toy.write(std::string(name) + "/channels.toml",
+                (machine.empty() ? "" : "[record]\nmachine = \"" + machine + "\"\n") + channels);
+    }
+    return toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "arx"});
+  };
+  EXPECT_EQ(with("lathe", "lathe").status, 0);
+  EXPECT_EQ(with("", "mill").status, 0) << "the judged record does not state its machine";
+  EXPECT_EQ(with("lathe", "").status, 0);
+  const Result refused = with("lathe", "mill");
+  EXPECT_EQ(refused.status, 3);
+  for (const std::string& words :
+       {toy.file("trained"), toy.file("judged"), std::string("'mill'"), std::string("'lathe'")})
+    EXPECT_SAYS(refused.err, words);
+}
+
 TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
   const Toy toy;
   std::mt19937_64 random(9);

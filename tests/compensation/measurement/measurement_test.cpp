@@ -5,6 +5,7 @@
 
 #include "compensation/measurement/measurement_check.h"
 #include "tests/compensation/scratch.h"
+#include "tests/core/temporary_folder.h"
 #include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation {
@@ -87,6 +88,22 @@ TEST(Measurement, TellsTheTimeOfDayOfEachRow) {
   EXPECT_TRUE(std::isnan(channel_rows(Folder().read(), channels)(2, hour))) << "not stated";
   const Folder wrong("[record]\nstarts_at = \"25:00\"\n" + std::string(channels_text));
   expect_input_error([&] { wrong.read(); }, {"starts_at", "'25:00'", "23:59"});
+}
+
+TEST(Measurement, ARecordOfAnotherMachineIsRefusedByBothNames) {
+  const mesh::Machine machine = test::five_axis_machine();
+  const auto of = [](const std::string& name) {
+    return Folder("[record]\nmachine = \"" + name + "\"\n" + std::string(channels_text));
+  };
+  const Folder own = of(machine.name), other = of("the \\\"other\\\" one");
+  const std::string allowed = "'" + machine.name + "'";
+  EXPECT_NO_THROW(require_fits(own.read(), machine));
+  EXPECT_NO_THROW(require_fits(Folder().read(), machine)) << "not stated";
+  expect_input_error([&] { require_fits(other.read(), machine); },
+                     {"channels.toml [record] machine", "'the \"other\" one'", allowed.c_str()});
+  const core::TemporaryFolder written;
+  write_measurement(written / "copy", other.read());
+  EXPECT_EQ(read_measurement(written / "copy").machine, "the \"other\" one");
 }
 
 TEST(Measurement, AClockRunsOnOverMidnightAndThroughRowsWithoutIt) {
