@@ -129,9 +129,9 @@ struct ValidateOptions : CommonOptions {
   int draws = 5;
   std::uint64_t first_seed = 1;
   double size_factor = 0.7;
-  std::string perturb = "all";  ///< or "thermal"
+  std::string perturb = "all";  ///< or "thermal", "none"
   bool power_off = false, failed_sensors = false, restart = false;
-  bool coolant_rise = false;
+  bool coolant_rise = false, no_noise = false;
   std::filesystem::path reference;  ///< truth instead of the full model
   int full_draws = 0;               ///< of the draws, so many on full models too
 };

@@ -103,6 +103,11 @@ json results(const compensation::Validation& validation) {
   return found;
 }
 
+/// With a reduced truth all that its coefficients can be.
+std::string perturbed_words(const ValidateOptions& options) {
+  return options.reference.empty() || options.perturb == "none" ? options.perturb : "thermal";
+}
+
 std::string scheme_of(const solver::TimeOptions& time, double refine) {
   return fmt::format("TR-BDF2 with error control, {:.3g} K a step", time.tolerance_K * refine);
 }
@@ -146,7 +151,7 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
   const Study& main = on_reduced ? *on_reduced : *on_full;
   json found = results(main);
   found["draws"] = options.draws;
-  found["perturbed"] = reference ? "thermal" : options.perturb;
+  found["perturbed"] = perturbed_words(options);
   found["measured_nodes"] = on_full ? on_full->measured_nodes : 0;
   std::string text, truth;
   if (on_full) {
@@ -159,8 +164,9 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
     text += (on_reduced ? "full models\n" : "") + on_full->brief() + "\n";
   }
   if (on_reduced) {
-    truth += fmt::format("{}reduced models of order {} of the judged model's mesh, matrix exponentials",
-                         on_full ? "; " : "", reference->system.order());
+    truth += fmt::format(
+        "{}reduced models of order {} of {}, matrix exponentials", on_full ? "; " : "", reference->system.order(),
+        reference->size == model.size ? "the judged model's mesh" : "another mesh, " + reference->size);
     text += (on_full ? "reduced models\n" : "") + on_reduced->brief() + "\n";
   }
   if (on_full && on_reduced) {
@@ -197,7 +203,7 @@ int full_draws(const ValidateOptions& options) {
 }
 
 std::filesystem::path measured_folder(const ValidateOptions& options) {
-  return std::filesystem::path("measured") / (options.reference.empty() ? options.perturb : "thermal");
+  return std::filesystem::path("measured") / perturbed_words(options);
 }
 
 compensation::ValidationOptions validation_settings(const ValidateOptions& options, const solver::Case& machine_case) {
@@ -208,9 +214,11 @@ compensation::ValidationOptions validation_settings(const ValidateOptions& optio
   settings.machine.size_factor = options.size_factor;
   settings.machine.mesh_cache = options.out / "cache";
   settings.machine.coolant_rise = options.coolant_rise;
-  // With a reduced truth all that its coefficients can be.
-  const bool thermal = options.perturb == "thermal" || !options.reference.empty();
-  settings.machine.what = thermal ? compensation::Perturb::thermal : compensation::Perturb::all;
+  if (options.no_noise) settings.machine.sensor_noise_K = settings.machine.probe_noise_um = 0.0;
+  const std::string perturbed = perturbed_words(options);
+  settings.machine.what = perturbed == "none"      ? compensation::Perturb::none
+                          : perturbed == "thermal" ? compensation::Perturb::thermal
+                                                   : compensation::Perturb::all;
   return settings;
 }
 

@@ -52,6 +52,7 @@ std::string machine_words(const ValidateOptions& options) {
       .text("--perturb", options.perturb == usual.perturb ? "" : options.perturb)
       .number("--measured-size", options.size_factor, usual.size_factor)
       .flag("--coolant", options.coolant_rise)
+      .flag("--no-noise", options.no_noise)
       .text("--truth", options.reference)
       .words();
 }

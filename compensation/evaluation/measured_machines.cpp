@@ -15,13 +15,18 @@ namespace thermotwin::compensation {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+const char* word(Perturb what) { return what == Perturb::all ? "all" : what == Perturb::thermal ? "thermal" : "none"; }
+
+}  // namespace
+
 std::string words_of_measured(const solver::Case& machine_case, const VirtualOptions& options) {
   const solver::TimeOptions& time = options.time;
   std::string words = fmt::format("{} {} {} {} {}", options.size_factor, options.sensor_noise_K, options.probe_noise_um,
                                   options.seed, farthest_std);
-  words +=
-      fmt::format(" {} {} {} {} {} {}", options.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
-                  time.tolerance_K, time.shortest_step, time.longest_step, options.refine);
+  words += fmt::format(" {} {} {} {} {} {}", word(options.what), solver::word(time.scheme), time.tolerance_K,
+                       time.shortest_step, time.longest_step, options.refine);
   if (options.coolant_rise) words += " coolant_rise";
   for (const mesh::Pose& pose : machine_case.check_points) words += " " + mesh::format_pose(machine_case.machine, pose);
   return words;

@@ -79,6 +79,7 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
     const double factor = 1.0 + share * nominal.std_percent / 100.0 * std::clamp(normal(), -farthest_std, farthest_std);
     nominal.value *= std::max(0.2, factor);
   };
+  if (what == Perturb::none) scale = 0.0;
   const double other = what == Perturb::all ? scale : 0.0;
   const auto perturb = [&](core::Uncertain& nominal) { perturb_by(nominal, other); };
   const auto perturb_thermal = [&](core::Uncertain& nominal) { perturb_by(nominal, scale); };

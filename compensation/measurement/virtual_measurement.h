@@ -17,8 +17,8 @@
 namespace thermotwin::compensation {
 
 /// thermal: powers, films (of coolant walls too), and conductances of contacts and volumes only; all: every value with
-/// a stated uncertainty, also expansions, capacities and stiffnesses.
-enum class Perturb { all, thermal };
+/// a stated uncertainty, also expansions, capacities and stiffnesses; none: the machine as stated.
+enum class Perturb { all, thermal, none };
 
 /// Largest perturbation of a value, in its standard deviations; a larger one would be a fault.
 inline constexpr double farthest_std = 2.5;

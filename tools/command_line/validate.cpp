@@ -17,8 +17,8 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
       ->check(seeds())
       ->capture_default_str();
   verb.add_option("--perturb", validate.perturb,
-                  "Perturbed parameters: all with std_percent, or thermal: powers, films and contact conductances.")
-      ->check(CLI::IsMember({"all", "thermal"}))
+                  "Perturbed parameters: all with std_percent; thermal: powers, films and contact conductances; none.")
+      ->check(CLI::IsMember({"all", "thermal", "none"}))
       ->capture_default_str();
   verb.add_flag("--power-off", validate.power_off,
                 "Study the return from a power-off: random work, hours without power, unknown state at the return.");
@@ -33,6 +33,7 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
       ->excludes("--failed-sensors");
   verb.add_flag("--coolant", validate.coolant_rise,
                 "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
+  verb.add_flag("--no-noise", validate.no_noise, "Sensors and probes without noise.");
   auto* truth = verb.add_option("--truth", validate.reference,
                                 "Reference model reference.rom.h5: with perturbed coefficients it replaces the full "
                                 "models as the truth, which takes seconds and is an easier test.")

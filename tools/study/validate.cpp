@@ -93,6 +93,7 @@ private:
     if (options_.restart) words += " --restart";
     if (options_.failed_sensors) words += " --failed-sensors";
     if (options_.coolant_rise) words += " --coolant";
+    if (options_.no_noise) words += " --no-noise";
     for (const std::string& load : options_.loads) words += " --load " + core::shell_word(load);
     return words;
   }
