@@ -106,7 +106,7 @@ class MeasuredMachines(unittest.TestCase):
             whole, own = Path(folder) / "test" / "whole", Path(folder) / "test"
             write_campaign(Path(folder) / "campaign", "test", 30, lambda h: 21.0, lambda h: 22.0,
                            lambda i, h: {"dx_um": 0.0, "dy_um": 0.0, "dz_um": 2.0 * h, "rb_um_per_m": -h})
-            measured_machine.record(Path(folder) / "campaign", "test", whole, 1)
+            measured_machine.record(Path(folder) / "campaign", "test", whole, 1, "lathe")
             measured_machine.settled(whole, own, 24)
             times = measured_machine.column(own, "time_s")
             self.assertEqual((times[0], times[-1], len(times)), (0.0, 21600.0, 37))
@@ -129,7 +129,7 @@ class Turning(unittest.TestCase):
             write_campaign(campaign, "turning_1000", 40, lambda h: 21.0, lambda h: 25.0,
                            lambda i, h: {"dx_um": 0.0, "dy_um": 0.0, "dz_um": 7.0 * (i > 0),
                                          "rb_um_per_m": 30.0 * (i > 0)})
-            errors = measured_machine.record(campaign, "turning_1000", record, 1)
+            errors = measured_machine.record(campaign, "turning_1000", record, 1, "lathe")
             turning_milling.two_probes(run, record, errors, "seed")
             angles = measured_machine.column(record, turning_milling.TURNING)[1:]
             mean = sum(angles) / len(angles)
@@ -162,7 +162,7 @@ class Superposed(unittest.TestCase):
                 def internal(hour, load=load, air=air):
                     return air(hour) + own(load, hour)
                 write_campaign(campaign, load, 24, air, internal, Lagged(air, internal))
-                measured_machine.record(campaign, load, records / load, 5)
+                measured_machine.record(campaign, load, records / load, 5, "lathe")
             made = turning_milling.Superposition(run, Path(folder) / "fits", records / "surroundings",
                                                  records / "milling_1400", "T2")
             (step,) = [s for s in made.first["step_responses"] if s["channel"] == "dz@1"]
@@ -185,13 +185,18 @@ class Superposed(unittest.TestCase):
         self.assertAlmostEqual(measured_machine.factor_of(measured, predicted), 0.7)
         self.assertAlmostEqual(measured_machine.fit_percent(measured, [0.7 * v for v in predicted]), 100.0)
         self.assertLess(measured_machine.fit_percent(measured, predicted), 60.0)
+        other = [0.01 * i for i in range(100)]
+        both = [0.7 * a - 2.0 * b for a, b in zip(predicted, other)]
+        first, second = measured_machine.two_factors([None, *both], [1.0, *predicted], [1.0, *other])
+        self.assertAlmostEqual(first, 0.7)
+        self.assertAlmostEqual(second, -2.0)
 
     def test_a_missing_column_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             write_campaign(Path(folder), "milling_1400", 2, lambda h: 21.0, lambda h: 22.0,
                            lambda i, h: {"dx_um": 0.0, "dy_um": 0.0, "dz_um": 0.0})
             record = Path(folder) / "record"
-            measured_machine.record(folder, "milling_1400", record, 1)
+            measured_machine.record(folder, "milling_1400", record, 1, "lathe")
             with self.assertRaisesRegex(MissingColumn, "data.csv: no column 'T9'; dT_S needs it"):
                 turning_milling.prepared(record, Path(folder) / "own", [turning_milling.DIFFERENCE], ["dz@1"], "T9")
 

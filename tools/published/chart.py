@@ -68,3 +68,52 @@ def write(path, title, panels, unit_x, unit_y):
     path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" '
                     f'aria-label="{escape(title)}">\n<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n{STYLE}\n'
                     f'<text x="{LEFT}" y="26">{escape(title)}</text>\n' + "\n".join(body) + "\n</svg>\n")
+
+
+BAR, BETWEEN = 14, 26   # width of a bar, between two groups
+BARS_TOP, BARS = 44, 240
+
+
+def key_of_bars(labels, left):
+    return [f'<rect x="{left}" y="{BARS_TOP + 6 + 20 * i}" width="12" height="12" fill="{INKS[i % len(INKS)]}"/>'
+            f'<text x="{left + 18}" y="{BARS_TOP + 17 + 20 * i}">{escape(label)}</text>'
+            for i, label in enumerate(labels)]
+
+
+def write_bars(path, title, groups, unit):
+    """@param groups  (name, [(label, value or None)]), the same labels in each: bars beside each other, one axis"""
+    labels = [label for label, _ in groups[0][1]]
+    values = [value for _, own in groups for _, value in own if value is not None]
+    low, high = min(0.0, *values) if values else 0.0, max(values, default=1.0)
+    high = high if high > low else low + 1.0
+    step = len(labels) * BAR + BETWEEN
+    right, bottom = LEFT + len(groups) * step + BETWEEN, BARS_TOP + BARS
+    turned = max(len(name) for name, _ in groups) * 6.5 > step   # names that do not fit beside each other
+    below = 120 if turned else 40
+
+    def y(value):
+        return bottom - (value - low) / (1.05 * (high - low)) * BARS
+
+    out = [f'<rect class="frame" x="{LEFT}" y="{BARS_TOP}" width="{right - LEFT}" height="{BARS}"/>']
+    for tick in ticks(low, high):
+        out.append(f'<line class="grid" x1="{LEFT}" x2="{right}" y1="{y(tick):.1f}" y2="{y(tick):.1f}"/>'
+                   f'<text x="{LEFT - 6}" y="{y(tick) + 4:.1f}" text-anchor="end">{tick:g}</text>')
+    for g, (name, own) in enumerate(groups):
+        left = LEFT + BETWEEN + g * step
+        middle = left + len(labels) * BAR / 2
+        turn = f' transform="rotate(-30 {middle} {bottom + 16})"' if turned else ""
+        out.append(f'<text x="{middle}" y="{bottom + 16}" text-anchor="{"end" if turned else "middle"}"{turn}>'
+                   f'{escape(name)}</text>')
+        for i, (_, value) in enumerate(own):
+            if value is None:
+                continue
+            top, foot = sorted((y(value), y(0.0)))
+            out.append(f'<rect x="{left + i * BAR}" y="{top:.1f}" width="{BAR - 2}" height="{foot - top:.1f}" '
+                       f'fill="{INKS[i % len(INKS)]}"><title>{value:.3g}</title></rect>')
+    out += key_of_bars(labels, right + 10)
+    out.append(f'<text x="18" y="{(BARS_TOP + bottom) / 2}" text-anchor="middle" '
+               f'transform="rotate(-90 18 {(BARS_TOP + bottom) / 2})">{escape(unit)}</text>')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {right + RIGHT} {bottom + below}" '
+                    f'role="img" aria-label="{escape(title)}">\n<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n'
+                    f'{STYLE}\n<text x="{LEFT}" y="26">{escape(title)}</text>\n' + "\n".join(out) + "\n</svg>\n")

@@ -11,6 +11,7 @@ import shutil
 from published import chart
 from published.documents import MIDDLE, SURROUNDINGS
 from published.records import MissingColumn, Record
+from published.statistics_of import cell, measured_by, median
 
 CALIBRATIONS = ["calibration_spindle", "calibration_Y", "calibration_Z", "calibration_surroundings"]
 JUDGED = "air_cutting"
@@ -20,12 +21,17 @@ RISE = "coolant.main.Z_motor.rise"
 BASE = {"dT_sp": ("T1", "T9"), "dT_Y": ("T3", "T9"), "dT_Z": ("T5", "T9")}
 MODELS = ["armax", "heating_cooling", "output_error"]
 PUBLISHED = {"dy": "7.5", "dz": "2.5"}
+PRINTED_UM = {"dy": (83, 11), "dz": (47, 19)}   # range without and with compensation, section 3.1
 # inputs by direction: equation (4) for y, equation (5) for z
 INPUTS = {"dy": ["dT_sp", "dT_Y", "dT_Z", SURROUNDINGS], "dz": ["dT_sp", "dT_Y", RISE, SURROUNDINGS]}
-# cause, machine settled, differences to the base, coolant's rise
-ABLATION = [("as published", True, True, True), ("without the coolant's rise", True, True, False),
-            ("temperatures in place of differences", True, False, False),
-            ("from a cold start", False, True, False)]
+# One cause at a time: machine settled, differences to the base, coolant's rise, noise, parameters perturbed, training
+AS_PUBLISHED = {"settled": True, "differences": True, "rise": True, "noise": True, "perturb": "thermal", "own": False}
+ABLATION = [("without the coolant's rise", {"rise": False}),
+            ("temperatures in place of differences", {"differences": False, "rise": False}),
+            ("from a cold start", {"settled": False, "rise": False}),
+            ("no noise", {"noise": False}), ("parameters as stated", {"perturb": "none"}),
+            ("trained on the judged program", {"own": True})]
+TWIN = ("reduced_model", "reduced_model_sensors")
 
 
 def settled_case(case, folder):
@@ -68,19 +74,22 @@ def prepared(source, settled, differences, rise, direction, folder, load):
 
 
 def times_smaller(rows, model, direction):
+    """How many times smaller the range is; None: the model predicts nothing."""
     for row in rows:
-        if row["model"] == model and row["channel"].startswith(direction + "@") and row["peak_to_peak"]:
-            return f"{row['peak_to_peak_before'] / row['peak_to_peak']:.1f}"
-    return "-"
+        if row["model"] == model and row["channel"].startswith(direction + "@"):
+            return measured_by(row, "times")
+    return None
 
 
-def evaluated(run, sources, settled, differences, rise, direction, folder):
-    """Rows of `evaluate` on air cutting, and the inputs that were missing."""
-    prefix = "settled_" if settled else ""
-    data = {load: prepared(sources[prefix + load], settled, differences, rise, direction, folder, load)
-            for load in [*CALIBRATIONS, JUDGED]}
-    answer = json.loads(run("evaluate", "--data", data[JUDGED][0], "--train-data",
-                            ",".join(str(data[load][0]) for load in CALIBRATIONS), "--models",
+def evaluated(run, sources, how, direction, folder):
+    """Rows of `evaluate` on air cutting, and the inputs that were missing. @param how  as AS_PUBLISHED"""
+    prefix = "settled_" if how["settled"] else ""
+    loads = [*([] if how["own"] else CALIBRATIONS), JUDGED]
+    data = {load: prepared(sources[prefix + load], how["settled"], how["differences"], how["rise"], direction, folder,
+                           load) for load in loads}
+    training = (["--train-programs", JUDGED] if how["own"] else
+                ["--train-data", ",".join(str(data[load][0]) for load in CALIBRATIONS)])
+    answer = json.loads(run("evaluate", "--data", data[JUDGED][0], *training, "--models",
                             ",".join([*MODELS, "static_regression"]), "--out", folder, "--quiet", "--json"))
     notes = [f"{direction}: no column '{name}' in the record; dT_Z (T5 against the base) took its place"
              for name in data[JUDGED][1]]
@@ -104,52 +113,113 @@ def picture(folder, path, direction, model):
                  ("with compensation", [("left", left)])], "time, h", "deformation, um")
 
 
+class Judgement:
+    """Times smaller of every cause, direction and model, by machine."""
+
+    def __init__(self, bench):
+        self.bench, self.out = bench, bench.out / "004"
+        self.case = settled_case(bench.case, self.out / "case")
+        self.cells, self.ranges, self.notes = {}, {}, []
+
+    def measured(self, how, seeds):
+        prefixes = ["settled_"] if how["settled"] else [""]
+        loads = [prefix + load for prefix in prefixes for load in [*CALIBRATIONS, JUDGED]]
+        name = "measured" + ("" if how["settled"] else "_cold") + ("" if how["noise"] else "_no_noise")
+        name += "" if how["perturb"] == "thermal" else f"_{how['perturb']}"
+        return self.bench.validate(self.case, loads, self.out / name, how["noise"], how["perturb"], seeds, True)
+
+    def add(self, cause, change, seeds):
+        how = {**AS_PUBLISHED, **change}
+        sources = self.measured(how, seeds)
+        for seed in seeds:
+            own = {load: folders[seed] for load, folders in sources.items()}
+            for direction in INPUTS:
+                folder = self.out / cause.replace(" ", "_").replace("'", "") / f"{direction}_{seed}"
+                self.of_machine(cause, own, how, direction, folder)
+        return sources
+
+    def of_machine(self, cause, sources, how, direction, folder):
+        try:
+            rows, missing = evaluated(self.bench.run, sources, how, direction, folder)
+        except MissingColumn as error:
+            self.bench.missing.append(str(error))
+            rows, missing = [], [f"{direction}, {cause}: {error}"]
+        self.notes += [note for note in missing if note not in self.notes]
+        self.put(cause, direction, rows, [*MODELS, "static_regression"])
+
+    def put(self, cause, direction, rows, models):
+        for model in models:
+            self.cells.setdefault((cause, direction, model), []).append(times_smaller(rows, model, direction))
+        for row in rows:
+            if row["channel"].startswith(direction + "@") and row["model"] in models:
+                self.ranges.setdefault((cause, direction, row["model"]), []).append(
+                    (row["peak_to_peak_before"], row["peak_to_peak"]))
+
+    def twin(self, source, seed):
+        """The reduced model on the record as it was measured."""
+        whole = Record(source)
+        whole.channels = [channel for channel in whole.channels if not channel["id"].startswith("coolant.main.")
+                          or not channel["id"].endswith(".rise")]
+        for channel in whole.channels:
+            if channel["kind"] == "displacement":
+                channel["zero"] = "absolute"
+        data = whole.write(self.out / f"whole_{seed}", JUDGED, SETTLING_H)
+        answer = json.loads(self.bench.run("evaluate", self.case, "--model", self.bench.model, "--data", data,
+                                           "--train-programs", JUDGED, "--models", "static_regression", "--out",
+                                           self.out / f"twin_{seed}", "--quiet", "--json"))
+        for direction in INPUTS:
+            self.put("as published", direction, [row for row in answer["rows"] if row["part"] == JUDGED], TWIN)
+
+    def table(self):
+        lines = ["| direction | published | model | ours | static regression | reduced model | with sensors |",
+                 "|---" * 7 + "|"]
+        for direction, published in PUBLISHED.items():
+            for model in MODELS:
+                lines.append("| " + " | ".join([
+                    direction, published, f"`{model}`",
+                    *(cell(self.cells.get(("as published", direction, of), []), 1)
+                      for of in (model, "static_regression", *TWIN))]) + " |")
+        return lines
+
+    def ablation(self, causes, count):
+        shown = [*MODELS, "static_regression"]
+        lines = ["", f"Ablation, {count} machines: times smaller.", "",
+                 "| cause | " + " | ".join(f"{d} `{m}`" for d in INPUTS for m in shown) + " |", "|---" * 9 + "|"]
+        for cause in causes:
+            lines.append("| " + " | ".join([cause, *(cell(self.cells[cause, d, m][:count], 1) for d in INPUTS
+                                                     for m in shown)]) + " |")
+        return lines
+
+
+def bars(judgement, path):
+    """Range without and with compensation, um, as Figs. 10 and 11 are summed up in print."""
+    groups = []
+    for direction, (before, after) in PRINTED_UM.items():
+        values = [("print: without", before), ("print: with", after)]
+        own = judgement.ranges.get(("as published", direction, "armax"), [])
+        values += [("ours: without", median([pair[0] for pair in own]))]
+        for name, model in (("armax", "armax"), ("reduced model", "reduced_model")):
+            pairs = judgement.ranges.get(("as published", direction, model), [])
+            values.append((f"ours: {name}", median([pair[1] for pair in pairs])))
+        groups.append((direction, values))
+    chart.write_bars(path, "Range of the error in air cutting, without and with compensation", groups, "range, um")
+
+
 def judge(bench, test):
     """Page of the document. @param test  of documents.py, for its name"""
-    out, run = bench.options.out / "004", bench.run
-    case = settled_case(bench.options.case, out / "case")
-    loads = [prefix + load for prefix in ("settled_", "") for load in [*CALIBRATIONS, JUDGED]]
-    how = ["--perturb", "thermal", "--coolant"] if bench.options.full else ["--truth", bench.truth]
-    run("validate", case, "--model", bench.model, *how, "--draws", 1, "--first-seed", bench.options.seed, "--load",
-        *loads, "--out", out, "--quiet")
-    kept = out / "measured" / ("thermal" if bench.options.full else "reduced")
-    sources = {load: kept / load / f"machine_{bench.options.seed}" for load in loads}
-    cells, notes = {}, []
-    for number, (cause, settled, differences, rise) in enumerate(ABLATION):
-        for direction in INPUTS:
-            folder = out / f"{number}_{direction}"
-            try:
-                rows, missing = evaluated(run, sources, settled, differences, rise, direction, folder)
-            except MissingColumn as error:
-                bench.missing.append(str(error))
-                rows, missing = [], [f"{direction}, {cause}: {error}"]
-            notes += [note for note in missing if note not in notes]
-            for model in [*MODELS, "static_regression"]:
-                cells[cause, direction, model] = times_smaller(rows, model, direction)
-            if number == 0 and rows:
-                picture(folder, out / f"mares_2019_{direction}.svg", direction, "armax")
-    whole = Record(sources["settled_" + JUDGED])
-    whole.channels = [channel for channel in whole.channels if not channel["id"].startswith("coolant.main.")
-                      or not channel["id"].endswith(".rise")]
-    for channel in whole.channels:
-        if channel["kind"] == "displacement":
-            channel["zero"] = "absolute"
-    whole.write(out / "whole", JUDGED, SETTLING_H)
-    twin = json.loads(run("evaluate", case, "--model", bench.model, "--data", out / "whole", "--train-programs", JUDGED,
-                          "--models", "static_regression", "--out", out / "twin", "--quiet", "--json"))
-    rows = [row for row in twin["rows"] if row["part"] == JUDGED]
-    lines = ["| direction | published | model | ours | static regression | reduced model | with sensors |",
-             "|---" * 7 + "|"]
-    for direction, published in PUBLISHED.items():
-        for model in MODELS:
-            lines.append("| " + " | ".join([
-                direction, published, f"`{model}`", cells["as published", direction, model],
-                cells["as published", direction, "static_regression"],
-                *(times_smaller(rows, name, direction) for name in ("reduced_model", "reduced_model_sensors"))]) + " |")
-    lines += ["", "Ablation: times smaller.", "",
-              "| cause | " + " | ".join(f"{d} `{m}`" for d in INPUTS for m in [*MODELS, "static"]) + " |",
-              "|---" * 9 + "|"]
-    for cause, *_ in ABLATION:
-        lines.append("| " + " | ".join([cause, *(cells[cause, d, m] for d in INPUTS
-                                                 for m in [*MODELS, "static_regression"])]) + " |")
-    return lines + ["", *(f"- {note}" for note in notes)]
+    made = Judgement(bench)
+    sources = made.add("as published", {}, bench.seeds)
+    for seed in bench.seeds:
+        made.twin(sources["settled_" + JUDGED][seed], seed)
+    first = bench.seeds[0]
+    for direction in INPUTS:
+        folder = made.out / "as_published" / f"{direction}_{first}"
+        if (folder / "evaluation/predictions.csv").exists():
+            picture(folder, made.out / f"mares_2019_{direction}.svg", direction, "armax")
+    bars(made, made.out / "mares_2019_range.svg")
+    lines = made.table()
+    if bench.some:
+        for cause, change in ABLATION:
+            made.add(cause, change, bench.some)
+        lines += made.ablation(["as published", *(cause for cause, _ in ABLATION)], len(bench.some))
+    return lines + ["", *(f"- {note}" for note in made.notes)]

@@ -7,6 +7,7 @@ taken by the adaptive scheme as in `validate`. Tool and table stand at one pose,
 rotations are recorded.
 """
 import csv
+import json
 import math
 import os
 import random
@@ -86,17 +87,18 @@ def kind_of(name):
     return next(((kind, unit) for end, kind, unit in ENDS if name.endswith(end)), None)
 
 
-def toml_of(channels, load, last_s):
-    text = ""
+def toml_of(channels, load, last_s, machine):
+    text = f"[record]\nmachine = {json.dumps(machine)}\n"
     for name, kind, unit, deviation, what in channels:
         text += f'[[channel]]\nid = "{name}"\nkind = "{kind}"\nunit = "{unit}"\nuncertainty = {deviation}\n{what}\n'
     return text + f'[[program]]\nname = "{load}"\nfrom_s = 0.0\nto_s = {last_s + 1.0!r}\n'
 
 
-def record(campaign, load, folder, seed, quantities=("dx", "dy", "dz")):
+def record(campaign, load, folder, seed, machine, quantities=("dx", "dy", "dz")):
     """Measurement folder of one program of a campaign at one pose, with noise; rows as `programs_measurement --held`.
 
     truth.csv beside it has the errors without noise.
+    @param machine  its name, which the record states
     @return the errors without noise at the times of the rows: quantity -> list, um or um/m
     """
     source, folder = Path(campaign) / load, Path(folder)
@@ -124,7 +126,7 @@ def record(campaign, load, folder, seed, quantities=("dx", "dy", "dz")):
             cells += [f"{float(read[at][name + '_C']) + noise.gauss(0.0, SENSOR_K):.6g}" for name in ids]
             cells += [f"{float(row[units[q]]) + noise.gauss(0.0, PROBE_UM):.6g}" for q in quantities]
             writer.writerow([at] + ["" if cell == "nan" else cell for cell in cells])
-    (folder / "channels.toml").write_text(toml_of(channels, load, float(tcp[-1]["time_s"])))
+    (folder / "channels.toml").write_text(toml_of(channels, load, float(tcp[-1]["time_s"]), machine))
     with open(folder / "truth.csv", "w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow([f"{quantity}@1" for quantity in units])
@@ -181,6 +183,15 @@ def factor_of(measured, predicted):
     """The factor on a prediction that leaves the least squares."""
     pairs = [(m, p) for m, p in zip(measured, predicted) if m is not None and p is not None]
     return sum(m * p for m, p in pairs) / sum(p * p for _, p in pairs)
+
+
+def two_factors(measured, first, second):
+    """The factors on two predictions whose sum leaves the least squares."""
+    rows = [row for row in zip(measured, first, second) if None not in row]
+    aa, bb, ab = (sum(row[i] * row[j] for row in rows) for i, j in ((1, 1), (2, 2), (1, 2)))
+    am, bm = (sum(row[0] * row[i] for row in rows) for i in (1, 2))
+    determinant = aa * bb - ab * ab
+    return (am * bb - bm * ab) / determinant, (bm * aa - am * ab) / determinant
 
 
 def column(folder, name, file="data.csv"):

@@ -7,14 +7,11 @@ poses at the check points of a perturbed machine. The print's figure is of the e
 """
 import json
 import math
-import statistics
-import subprocess
-from pathlib import Path
 
 from published import chart
 from published.records import Record
+from published.statistics_of import cell, median
 
-TOOLS = Path(__file__).resolve().parent.parent
 BASELINE = ["baseline"]
 AMBIENT = [f"ambient_{i}" for i in range(1, 10)]
 SINGLE = ["spindle_3000", "spindle_12000", "x_rapid", "y_rapid", "z_rapid", "table_150", "table_1200",
@@ -37,6 +34,7 @@ ABLATION = [
     ("one fit of all modules, air, sides together", JOINT, False, ALL),
     ("static regression", STATIC, False, ALL),
 ]
+JUDGED = [(OURS, True, ALL), (JOINT, False, ALL), (STATIC, False, ALL)]   # of every machine, without an ablation
 DIRECTIONS = ("dx", "dy", "dz")
 # Figs. 14 and 16: probe 2 at B = 0 and probe 3 at B = 90 deg, by the order of the case's check points.
 PICTURES = {"validation_21C": (2, "Fig. 14: probe 2, table vertical axis (B = 0)"),
@@ -52,17 +50,10 @@ def removed(rows, model, channels):
     return 100 * (1 - math.sqrt(sum(own[channel]["rms"] ** 2 for channel in channels) / before)) if before else None
 
 
-def spread(values):
-    known = [value for value in values if value is not None]
-    if not known:
-        return "-"
-    return f"{statistics.median(known):.0f} ({min(known):.0f} to {max(known):.0f})"
-
-
 def figures(rows, model, places):
-    """Cells of the vector and of each direction: median over the places, least and most."""
+    """Of the vector and of each direction: median over the places."""
     vector = [removed(rows, model, [f"{d}@check{p}" for d in DIRECTIONS]) for p in places]
-    return [spread(vector), *(spread([removed(rows, model, [f"{d}@check{p}"]) for p in places]) for d in DIRECTIONS)]
+    return [median(vector), *(median([removed(rows, model, [f"{d}@check{p}"]) for p in places]) for d in DIRECTIONS)]
 
 
 class Training:
@@ -70,18 +61,17 @@ class Training:
 
     def __init__(self, bench, inputs):
         self.bench, self.inputs, self.made = bench, inputs, {}
-        self.out = bench.options.out / "003"
+        self.out = bench.out / "003"
 
     def folder(self, sides, loads):
         key = (sides, tuple(loads))
         if key not in self.made:
             if not self.made:
-                self.bench.run("campaign", self.bench.options.case, "--reduced", "--model", self.bench.model,
+                self.bench.run("campaign", self.bench.case, "--reduced", "--model", self.bench.model,
                                "--all-tilts", "--load", *ALL, "--out", self.out, "--quiet")
             folder = self.out / f"training_{len(self.made)}"
-            subprocess.run([str(TOOLS / "programs_measurement"), str(self.out / "campaign_reduced"), str(folder),
-                            *loads, "--poses", "1", "--held", *(["--sides"] if sides else [])],
-                           check=True, capture_output=True)
+            self.bench.as_measured(self.out / "campaign_reduced", folder, loads, "--poses", "1", "--held",
+                                   *(["--sides"] if sides else []))
             record = Record(folder)  # a model may use only what the judged record has
             record.channels = [c for c in record.channels if c["kind"] == "displacement" or c["id"] in self.inputs]
             self.made[key] = record.write(folder)
@@ -105,54 +95,99 @@ def pictures(folder, out, name, model, series):
     chart.write(out / f"naumann_{name}.svg", title, panels, "time, h", "TCP displacement, um")
 
 
+class Judgement:
+    """Figures of every model of a validation, a list of machines each."""
+
+    def __init__(self, bench, test):
+        self.bench, self.out = bench, bench.out / "003"
+        self.cells, self.notes, self.records = {}, [], {}
+        for name in VALIDATIONS:
+            self.measured(name, test)
+        first = Record(next(iter(self.records.values())))
+        self.training = Training(bench, {c["id"] for c in first.channels})
+        self.check = [c["id"] for c in first.channels if c["kind"] == "displacement"]
+        self.places = sorted({int(channel.split("@check")[1]) for channel in self.check})
+
+    def measured(self, name, test):
+        test.judge, test.train = name, []
+        self.case, sources = self.bench.measure(test, self.bench.seeds)
+        for seed, folders in sources.items():
+            record = Record(folders[name])
+            record.rename_displacements(lambda channel: channel.replace("@", "@check"))
+            self.records[name, seed] = record.write(self.out / "judged" / name / str(seed), name)
+
+    def evaluated(self, name, seed, sides, loads, models):
+        folder = self.out / name / f"{'sides' if sides else 'whole'}_{len(loads)}_{len(models)}" / str(seed)
+        answer = json.loads(self.bench.run(
+            "evaluate", "--data", self.records[name, seed], "--train-data", self.training.folder(sides, list(loads)),
+            "--models", ",".join(models), "--check", ",".join(self.check), "--out", folder, "--quiet", "--json"))
+        self.notes += [note for note in answer["notes"] if "left out" in note and note not in self.notes]
+        rows = [row for row in answer.get("rows", []) if row["part"] == name]
+        for model in models:
+            self.cells.setdefault((name, model, sides, tuple(loads)), []).append(figures(rows, model, self.places))
+        return folder
+
+    def twin(self, name, seed):
+        answer = json.loads(self.bench.run(
+            "evaluate", self.case, "--model", self.bench.model, "--data", self.records[name, seed],
+            "--train-programs", name, "--models", "static_regression", "--out", self.out / name / f"twin_{seed}",
+            "--quiet", "--json"))
+        rows = [row for row in answer["rows"] if row["part"] == name]
+        for model in ("reduced_model", "reduced_model_sensors"):
+            self.cells.setdefault((name, model), []).append(figures(rows, model, self.places))
+
+    def table(self):
+        lines = ["| test | quantity | published | three modules | one fit of all modules | static regression | "
+                 "reduced model | with sensors |", "|---" * 8 + "|"]
+        for name, published in VALIDATIONS.items():
+            for i, quantity in enumerate(("error vector", *DIRECTIONS)):
+                keys = [(name, OURS, True, tuple(ALL)), (name, JOINT, False, tuple(ALL)),
+                        (name, STATIC, False, tuple(ALL)), (name, "reduced_model"), (name, "reduced_model_sensors")]
+                lines.append("| " + " | ".join([name, quantity, published if i == 0 else "-", *(
+                    cell([one[i] for one in self.cells[key]]) for key in keys)]) + " |")
+        return lines
+
+    def bars(self, path):
+        """RMS of the error vector removed: the range in print, and the medians of ours."""
+        groups = []
+        for name, published in VALIDATIONS.items():
+            low, high = (float(value) for value in published.split(" to "))
+            keys = {"three modules": (name, OURS, True, tuple(ALL)),
+                    "static regression": (name, STATIC, False, tuple(ALL)), "reduced model": (name, "reduced_model")}
+            groups.append((name, [("print: least", low), ("print: most", high), *(
+                (f"ours: {label}", median([one[0] for one in self.cells[key]])) for label, key in keys.items())]))
+        chart.write_bars(path, "RMS of the error vector that is removed", groups, "removed, %")
+
+    def ablation(self, count):
+        lines = ["", f"Ablation, {count} machines: RMS removed, %.", "",
+                 "| cause | " + " | ".join(f"{n} {q}" for n in VALIDATIONS for q in ("vector", "x", "y", "z")) + " |",
+                 "|---" * 9 + "|"]
+        for cause, model, sides, loads in ABLATION:
+            row = [cell([one[i] for one in self.cells[name, model, sides, tuple(loads)][:count]])
+                   for name in VALIDATIONS for i in range(1 + len(DIRECTIONS))]
+            lines.append("| " + " | ".join([cause, *row]) + " |")
+        return lines
+
+
 def judge(bench, test):
     """Page of the document. @param test  of documents.py, whose judge is not used: both validations are judged"""
-    out, run = bench.options.out / "003", bench.run
-    lines, cells, notes = [], {}, []
-    judged = {}
+    made = Judgement(bench, test)
+    groups = dict.fromkeys((sides, tuple(loads)) for _, _, sides, loads in ABLATION)
     for name in VALIDATIONS:
-        test.judge, test.train = name, []
-        case, sources = bench.measure(test)
-        record = Record(sources[name])
-        record.rename_displacements(lambda channel: channel.replace("@", "@check"))
-        judged[name] = (case, record.write(out / "judged" / name, name))
-    any_record = Record(next(iter(judged.values()))[1])
-    training = Training(bench, {c["id"] for c in any_record.channels})
-    check = [c["id"] for c in any_record.channels if c["kind"] == "displacement"]
-    places = sorted({int(channel.split("@check")[1]) for channel in check})
-    for name in VALIDATIONS:
-        case, record = judged[name]
-        groups = dict.fromkeys((sides, tuple(loads)) for _, _, sides, loads in ABLATION)
-        for sides, loads in groups:
-            models = [m for _, m, s, own in ABLATION if s == sides and tuple(own) == loads]
-            folder = out / name / f"{'sides' if sides else 'whole'}_{len(loads)}"
-            extra = [STATIC] if STATIC not in models and sides and list(loads) == ALL else []
-            answer = json.loads(run("evaluate", "--data", record, "--train-data", training.folder(sides, list(loads)),
-                                    "--models", ",".join([*models, *extra]), "--check", ",".join(check), "--out",
-                                    folder, "--quiet", "--json"))
-            notes += [note for note in answer["notes"] if "left out" in note and note not in notes]
-            rows = [row for row in answer.get("rows", []) if row["part"] == name]
-            for model in models:
-                cells[name, model, sides, loads] = figures(rows, model, places)
-            if extra:
-                pictures(folder, out, name, OURS, STATIC)
-        twin = json.loads(run("evaluate", case, "--model", bench.model, "--data", record, "--train-programs", name,
-                              "--models", "static_regression", "--out", out / name / "twin", "--quiet", "--json"))
-        for model in ("reduced_model", "reduced_model_sensors"):
-            cells[name, model] = figures([r for r in twin["rows"] if r["part"] == name], model, places)
-    lines += ["| test | quantity | published | three modules | one fit of all modules | static regression | "
-              "reduced model | with sensors |", "|---" * 8 + "|"]
-    for name, published in VALIDATIONS.items():
-        for i, quantity in enumerate(("error vector", *DIRECTIONS)):
-            own = [cells[name, OURS, True, tuple(ALL)], cells[name, JOINT, False, tuple(ALL)],
-                   cells[name, STATIC, False, tuple(ALL)], cells[name, "reduced_model"],
-                   cells[name, "reduced_model_sensors"]]
-            lines.append("| " + " | ".join([name, quantity, published if i == 0 else "-",
-                                            *(of[i] for of in own)]) + " |")
-    lines += ["", "Ablation: RMS removed, %, median over the places.", "",
-              "| cause | " + " | ".join(f"{n} {q}" for n in VALIDATIONS for q in ("vector", "x", "y", "z")) + " |",
-              "|---" * 9 + "|"]
-    for cause, model, sides, loads in ABLATION:
-        row = [cell.split(" ")[0] for name in VALIDATIONS for cell in cells[name, model, sides, tuple(loads)]]
-        lines.append("| " + " | ".join([cause, *row]) + " |")
-    return lines + ["", *(f"- {note}" for note in notes)]
+        for seed in bench.seeds:
+            folder = made.evaluated(name, seed, True, ALL, [OURS, STATIC])
+            made.evaluated(name, seed, False, ALL, [JOINT, STATIC])
+            made.twin(name, seed)
+            if seed == bench.seeds[0]:
+                pictures(folder, made.out, name, OURS, STATIC)
+        for seed in bench.some:
+            for sides, loads in groups:
+                models = [m for _, m, s, own in ABLATION if (s, tuple(own)) == (sides, loads)
+                          and (m, s, list(loads)) not in JUDGED]
+                if models:
+                    made.evaluated(name, seed, sides, loads, models)
+    made.bars(made.out / "naumann_vector.svg")
+    lines = made.table()
+    if bench.some:
+        lines += made.ablation(len(bench.some))
+    return lines + ["", *(f"- {note}" for note in made.notes)]

@@ -64,6 +64,7 @@ class Record:
         self.folder = Path(folder)
         described = tomllib.loads((self.folder / "channels.toml").read_text())
         self.channels, self.programs = described["channel"], described.get("program", [])
+        self.record = described.get("record", {})   # machine, time of day: kept by write()
         with open(self.folder / "data.csv", newline="") as file:
             self.rows = list(csv.DictReader(file))
 
@@ -146,7 +147,8 @@ class Record:
             writer = csv.writer(file)
             writer.writerow(names)
             writer.writerows([row[name] for name in names] for row in self.rows)
-        text = ""
+        text = "[record]\n" if self.record else ""
+        text += "".join(f"{key} = {toml_value(item)}\n" for key, item in self.record.items())
         for channel in self.channels:
             text += "[[channel]]\n" + "".join(f"{key} = {toml_value(item)}\n" for key, item in channel.items())
         programs = self.programs

@@ -10,13 +10,15 @@ import json
 import os
 import random
 import shutil
-import statistics
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from published import chart
 from published.measured_machine import (PROBE_UM, case_at, column, factor_of, fit_percent, perturbed, record, replaced,
-                                        rows_of, settled, zeroed)
+                                        rows_of, settled, two_factors, zeroed)
 from published.records import Record
+from published.statistics_of import cell, median
 
 POSES = {
     "milling": {"Z_mm": 0, "X_mm": 100, "B_deg": 0},
@@ -94,6 +96,7 @@ class Machine:
 
     def __init__(self, run, case, out, seed, size, spread=1.0):
         self.run, self.case, self.out, self.seed, self.size, self.spread = run, case, Path(out), seed, size, spread
+        self.name = tomllib.loads((Path(case) / "machine.toml").read_text())["name"]
 
     def record(self, setup, load, key=None):
         """Measurement folder; measured once. @param key  of PROGRAMS, which are run together"""
@@ -106,7 +109,7 @@ class Machine:
             self.run("campaign", own, "--size", self.size, "--out", folder, "--quiet", "--threads", 1)
             for name in PROGRAMS[key]:
                 whole = folder / "records" / name / "whole"
-                errors = record(folder / "campaign", name, whole, self.seed)
+                errors = record(folder / "campaign", name, whole, self.seed, self.name)
                 if setup == "turning":
                     two_probes(self.run, whole, errors, f"mandrel {self.seed} {name}")
                 settled(whole, folder / "records" / name)
@@ -350,10 +353,22 @@ class Judged:
                              ["dz@1"], "T2")
         twin = twin_fits(self.run, self.out / "twin" / "counter", self.models["counter"], source)
         sums = milling.predict(source)["dz@1"]
+        self.scaled("counter spindle", milling, source)
         self.put("counter spindle", "X", ours=fit_percent(column(source, "dz@1"), sums),
                  quiet=fit_percent(column(source, "dz@1", "truth.csv"), sums),
                  static=static.get("dz@1"), reduced=twin.get(("reduced", "dz@1")),
                  sensors=twin.get(("sensors", "dz@1")))
+
+    def scaled(self, row, milling, source):
+        """What factors would do that are taken from the whole test and judged on it: one, and one a function."""
+        measured, sums = column(source, "dz@1"), milling.predict(source)["dz@1"]
+        one = factor_of(measured, sums)
+        self.ablations[row, "one factor from the whole test, judged on it"] = fit_percent(
+            measured, [one * value for value in sums])
+        parts = [milling.part(*of)["dz@1"] for of in (("eps_1", source, [AMBIENT]), ("eps_2", source, [DIFFERENCE]))]
+        factors = two_factors(measured, *parts)
+        self.ablations[row, "a factor for eps_1 and one for eps_2, judged on the same test"] = fit_percent(
+            measured, [factors[0] * a + factors[1] * b for a, b in zip(*parts)])
 
     def transfer(self, milling):
         """The first machine's model on a second one: as it is, and with one factor from its first spectrum."""
@@ -382,18 +397,8 @@ class Judged:
                      quiet=fit(sums, factor if corrected else 1.0, truth),
                      static=fit(static, of_static if corrected else 1.0),
                      **{key: fit(values, scales[key]) for key, values in twins.items()})
-        whole = factor_of(measured, sums)
-        self.ablations["second machine, one factor", "factor from the whole test, judged on it"] = fit_percent(
-            measured, [whole * value for value in sums])
+        self.scaled("second machine, one factor", milling, source)
         self.factors = {"ours": factor, "static": of_static}
-
-
-def cell(values, digits=0):
-    known = [value for value in values if value is not None]
-    if not known:
-        return "-"
-    spread = f" ({min(known):.{digits}f} to {max(known):.{digits}f})" if len(known) > 1 else ""
-    return f"{statistics.median(known):.{digits}f}{spread}"
 
 
 def table(all_seeds):
@@ -405,6 +410,18 @@ def table(all_seeds):
                                                                                 "sensors")]
         lines.append("| " + " | ".join([setup, direction, published, *cells]) + " |")
     return lines
+
+
+def bars(all_seeds, path):
+    """Fit of each row: in print, ours, a static regression, the reduced model; medians of the machines."""
+    groups = []
+    for setup, direction, published in ROWS:
+        found = [seed.cells[setup, direction] for seed in all_seeds]
+        values = [("print", float(published.split()[0]) if published != "-" else None)]
+        values += [(label, median([one.get(key) for one in found])) for label, key in
+                   (("ours", "ours"), ("static regression", "static"), ("reduced model", "reduced"))]
+        groups.append((f"{setup} {direction}", values))
+    chart.write_bars(path, "Fit of each test: print and ours", groups, "fit, %")
 
 
 def stability(all_seeds):
@@ -435,12 +452,13 @@ def judge(run, case, models, out, seeds, size, workers=2):
                                 ("main_spindle", first / "angle", "output_error_activity")):
         shutil.copy(folder / "evaluation" / f"step_response_{model}.svg", out / f"step_response_{name}.svg")
     factors = cell([seed.factors["ours"] for seed in found], 2)
-    lines = [f"Fit, % (eq. 4); {len(seeds)} pairs of machines: median (least to most).", "", *table(found), "",
+    lines = [f"Fit, % (eq. 4); {len(seeds)} pairs of machines: median (quartiles).", "", *table(found), "",
              f"Correction factor of the second machine: {factors}; 0.7 in print.", "", *stability(found), "",
              "| row | with one change | fit, % |", "|---|---|---|"]
     for row, change in found[0].ablations:
         lines.append(f"| {row} | {change} | {cell([one.ablations[row, change] for one in found])} |")
     lines.append("")
+    bars(found, out / "mares_2020_fit.svg")
     (out / "cells.json").write_text(json.dumps(
         [{"seed": seed.seed, "factor": seed.factors, "cells": {f"{s}: {d}": value for (s, d), value in
                                                                seed.cells.items()}} for seed in found], indent=1))
