@@ -18,6 +18,7 @@ from published.documents import SURROUNDINGS
 from published.records import Record
 
 TOOLS = Path(__file__).resolve().parent.parent
+ORDER = 240   # of the model of measured machines; its reference, which is run, has half as many again
 STATIC = {True: "static_grid", False: "static_regression"}  # whether places are held out
 
 
@@ -37,31 +38,43 @@ def case_with_poses(case, poses, folder):
     return folder
 
 
+def case_with_one_program(case, folder):
+    """The case with the last of its training programs alone: the basis of a model of this order hardly needs them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("machine.toml", "loads", "cad"):
+        if not (folder / name).exists():
+            os.symlink((case / name).resolve(), folder / name)
+    own = tomllib.loads((case / "case.toml").read_text())
+    (folder / "case.toml").write_text(f'schema = 1\nsize = "{own["size"]}"\ntrain = ["{own["train"][-1]}"]\n')
+    return folder
+
+
 class Bench:
     """One case with its reduced model; measures its machines once."""
 
     def __init__(self, run, options, case, model, truth, missing):
         self.run, self.options, self.case, self.missing = run, options, case, missing
         self.out = options.out / case.name
-        self.model = model or self.reduced("reduced") / "model.rom.h5"
+        self.model = model or self.reduced("reduced", case) / "model.rom.h5"
         self.given_truth = truth
         self.machine = tomllib.loads((case / "machine.toml").read_text())
         self.seeds = range(options.seed, options.seed + options.machines)
         self.some = self.seeds[:options.ablation]   # machines of the ablations
         self.measured, self.campaigns = {}, {}
 
-    def reduced(self, name, *more):
+    def reduced(self, name, case, *more):
         folder = self.out / name
         if not (folder / "model.rom.h5").exists():
-            self.run("reduce", self.case, *more, "--out", folder, "--quiet")
+            self.run("reduce", case, *more, "--out", folder, "--quiet")
         return folder
 
     def truth(self):
         """Reduced model of the measured machines, on a finer mesh; made once (minutes)."""
-        if self.given_truth:
-            return self.given_truth
-        size = self.options.measured_size
-        return self.reduced(f"finer_{size:g}", "--size", size) / "reference.rom.h5"
+        if not self.given_truth:
+            size, case = self.options.measured_size, case_with_one_program(self.case, self.out / "finer_case")
+            self.given_truth = self.reduced(f"finer_{size:g}", case, "--size", size, "--order",
+                                            ORDER) / "reference.rom.h5"
+        return self.given_truth
 
     def validate(self, case, loads, out, noise=True, perturb="thermal", seeds=None, coolant=False):
         """Folder of each load program by seed, as measured."""
