@@ -5,6 +5,7 @@ models get, how their rows become figures, and records that lack a column.
 """
 import dataclasses
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -198,6 +199,28 @@ class OnePoint(unittest.TestCase):
         found = okenka.figures(measured, measured[4], used)
         self.assertAlmostEqual(found[6]["fit, b_j"], 100.0)
         self.assertAlmostEqual(found[6]["PK, one point"], 100.0 * 0.3 / 0.7)
+
+
+class Chart(unittest.TestCase):
+    def drawn(self, page, *words):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "page.md").write_text(page)
+            made = subprocess.run([sys.executable, str(ROOT / "tools/published_chart"), str(Path(folder) / "page.md"),
+                                   str(Path(folder) / "out.svg"), *words], capture_output=True, text=True)
+            picture = Path(folder) / "out.svg"
+            return made, picture.read_text() if picture.exists() else ""
+
+    def test_a_picture_has_the_figures_of_the_page(self):
+        page = "| a | b |\n|---|---|\n| 1 | 2 |\n\n| test | published | `ours` |\n|---|---|---|\n" \
+               "| one | 56 to 72 (6.1) | 83 (80 to 86) |\n|  | no test in print | -9.5 |\n| two | 1 | 2 |\n"
+        words = ["--column", "published", "`ours`", "--where", "test=one"]
+        made, picture = self.drawn(page, *words)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertEqual(re.findall(r"<title>([^<]*)</title>", picture), ["56 to 72", "83", "-9.5"])
+        self.assertIn(">ours</text>", picture)
+        made, picture = self.drawn(page, "--column", "theirs")
+        self.assertEqual((made.returncode, picture), (3, ""))
+        self.assertIn("allowed: a table with the columns test, theirs", made.stderr)
 
 
 class Rotary(unittest.TestCase):

@@ -81,15 +81,23 @@ def key_of_bars(labels, left):
 
 
 def write_bars(path, title, groups, unit):
-    """@param groups  (name, [(label, value or None)]), the same labels in each: bars beside each other, one axis"""
+    """@param groups  (name, [(label, value)]), the same labels in each: bars beside each other, one axis. A value is a
+    number, the two ends of a range, or None
+    """
     labels = [label for label, _ in groups[0][1]]
-    values = [value for _, own in groups for _, value in own if value is not None]
+    ends = {(g, i): value if isinstance(value, tuple) else (0.0, value) for g, (_, own) in enumerate(groups)
+            for i, (_, value) in enumerate(own) if value is not None}
+    values = [end for pair in ends.values() for end in pair]
     low, high = min(0.0, *values) if values else 0.0, max(values, default=1.0)
     high = high if high > low else low + 1.0
     step = len(labels) * BAR + BETWEEN
     right, bottom = LEFT + len(groups) * step + BETWEEN, BARS_TOP + BARS
     turned = max(len(name) for name, _ in groups) * 6.5 > step   # names that do not fit beside each other
-    below = 120 if turned else 40
+    below = 40 + 3.3 * max(len(name) for name, _ in groups) if turned else 40
+    # A turned name ends below its group and may begin left of the axis.
+    starts = [LEFT + (g + 0.5) * step - 6.0 * len(name) for g, (name, _) in enumerate(groups)]
+    begin = min(0.0, *starts) if turned else 0.0
+    width = max(right + RIGHT - begin, WIDTH)
 
     def y(value):
         return bottom - (value - low) / (1.05 * (high - low)) * BARS
@@ -107,13 +115,14 @@ def write_bars(path, title, groups, unit):
         for i, (_, value) in enumerate(own):
             if value is None:
                 continue
-            top, foot = sorted((y(value), y(0.0)))
+            top, foot = sorted(y(end) for end in ends[g, i])
+            words = " to ".join(f"{end:.3g}" for end in value) if isinstance(value, tuple) else f"{value:.3g}"
             out.append(f'<rect x="{left + i * BAR}" y="{top:.1f}" width="{BAR - 2}" height="{foot - top:.1f}" '
-                       f'fill="{INKS[i % len(INKS)]}"><title>{value:.3g}</title></rect>')
+                       f'fill="{INKS[i % len(INKS)]}"><title>{words}</title></rect>')
     out += key_of_bars(labels, right + 10)
     out.append(f'<text x="18" y="{(BARS_TOP + bottom) / 2}" text-anchor="middle" '
                f'transform="rotate(-90 18 {(BARS_TOP + bottom) / 2})">{escape(unit)}</text>')
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {right + RIGHT} {bottom + below}" '
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{begin:.0f} 0 {width:.0f} {bottom + below:.0f}" '
                     f'role="img" aria-label="{escape(title)}">\n<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n'
                     f'{STYLE}\n<text x="{LEFT}" y="26">{escape(title)}</text>\n' + "\n".join(out) + "\n</svg>\n")
