@@ -26,6 +26,14 @@ double TimeCourse::share_at(double seconds) const {
   return std::clamp(s / length, 0.0, 1.0);
 }
 
+Timed Timed::slower(double factor) const {
+  Timed timed = *this;
+  for (double* seconds : {&timed.start, &timed.t_up, &timed.t_cruise, &timed.t_down, &timed.element.pause})
+    *seconds *= factor;
+  for (double* speed : {&timed.v0, &timed.cruise, &timed.v1}) *speed /= factor;
+  return timed;
+}
+
 double TimeCourse::seconds_at(double share) const {
   if (!(share > 0.0)) return 0.0;
   if (share >= 1.0) return duration();

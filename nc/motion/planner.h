@@ -38,6 +38,8 @@ struct TimeCourse {
 
 struct Timed : TimeCourse {
   Element element;
+  /// The same motion in a multiple of the time, from the same multiple of its start.
+  Timed slower(double factor) const;
 };
 
 struct PlannerOptions {

@@ -44,7 +44,7 @@ struct Curve {
   }
 };
 
-std::string drawing(const Imprint& imprint) {
+core::Plot drawing(const Imprint& imprint) {
   double end = 0.0;
   for (const auto& [line, block] : imprint.blocks()) end = std::max(end, block.to_s);
   const TimeUnit unit = unit_for(end);
@@ -74,7 +74,7 @@ std::string drawing(const Imprint& imprint) {
     for (std::size_t k = 0; k < curves.size(); ++k) panel.line(curves[k].time, curves[k].mean[c], core::series_ink(k));
     if (curves.empty()) panel.line(pass.time, pass.mean[c], core::Ink::blue);
   }
-  return plot.inset();
+  return plot;
 }
 
 }  // namespace
@@ -126,6 +126,8 @@ std::vector<std::vector<std::string>> imprint_table(const Imprint& imprint, std:
   return rows;
 }
 
+std::string imprint_svg(const Imprint& imprint) { return drawing(imprint).file(); }
+
 std::string imprint_section(const Imprint& imprint, std::size_t most) {
   if (imprint.blocks().empty()) return "";
   std::string below;
@@ -136,7 +138,7 @@ std::string imprint_section(const Imprint& imprint, std::size_t most) {
       fmt::format("tool T{}: error that stays in the surface, tool against workpiece, in the directions of the "
                   "workpiece; band: smallest to largest of all cuts",
                   imprint.tool()),
-      drawing(imprint) + core::html_table(imprint_table(imprint, most)) + below);
+      drawing(imprint).inset() + core::html_table(imprint_table(imprint, most)) + below);
 }
 
 }  // namespace thermotwin::nc

@@ -60,6 +60,9 @@ private:
 /// A header and a row for each block. @param most  largest number of blocks in the table
 std::vector<std::vector<std::string>> imprint_table(const Imprint& imprint, std::size_t most);
 
+/// A picture of its own: the error over the pass. @param imprint  with a block
+std::string imprint_svg(const Imprint& imprint);
+
 /// Section of the page: the error over the pass, and the table of its blocks. @param most  as for imprint_table()
 std::string imprint_section(const Imprint& imprint, std::size_t most);
 

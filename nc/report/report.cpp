@@ -179,8 +179,7 @@ std::string beyond_section(const BeyondLimits& beyond) {
   return core::html_section("Moves beyond limits", below, markup);
 }
 
-std::string parts_section(const Parts& parts, const Report& report) {
-  if (report.parts < 2 || parts.all().empty()) return "";
+core::Plot parts_plot(const Parts& parts, const Report& report) {
   const auto count = std::ssize(parts.all());
   Eigen::VectorXd number(count);
   core::Axis across{"part"}, offset{"offset in \u00b5m"};
@@ -214,15 +213,25 @@ std::string parts_section(const Parts& parts, const Report& report) {
     panel.dots(number, mean[a], core::series_ink(a));
     at = plot.key(at, 18, report.axes[a], core::series_ink(a)) + 14;
   }
-  if (report.first_good_part > 0) panel.mark(report.first_good_part);
-  return core::html_section(
-      "Series of parts",
-      fmt::format("mean offsets of each part's cuts and their range; dashed: the first good part, number {}",
-                  report.first_good_part),
-      plot.inset());
+  if (report.first_good_part > 0) {
+    panel.mark(report.first_good_part);
+    plot.text(1064, 18,
+              fmt::format("dashed: first part within {:.3g} \u00b5m of the last one, number {}, after {}",
+                          report.tolerance_um, report.first_good_part, time_text(report.warm_up_s)),
+              core::Anchor::end);
+  }
+  return plot;
+}
+
+std::string parts_section(const Parts& parts, const Report& report) {
+  if (report.parts < 2 || parts.all().empty()) return "";
+  return core::html_section("Series of parts", "mean offsets of each part's cuts and their range",
+                            parts_plot(parts, report).inset());
 }
 
 }  // namespace
+
+std::string parts_svg(const Parts& parts, const Report& report) { return parts_plot(parts, report).file(); }
 
 std::string report_page(const Report& report, const PathPoints& path, const ErrorOverTime& errors,
                         const Operations& operations, const BeyondLimits& beyond, const Parts& parts) {

@@ -33,6 +33,10 @@ struct Report {
   std::vector<core::NextStep> next;
 };
 
+/// A picture of its own: mean offsets of each part and their range, with the first good part.
+/// @param report  axes and the values of the series
+std::string parts_svg(const Parts& parts, const Report& report);
+
 /// @return a page of at most 3 MB
 std::string report_page(const Report& report, const PathPoints& path, const ErrorOverTime& errors,
                         const Operations& operations, const BeyondLimits& beyond, const Parts& parts);

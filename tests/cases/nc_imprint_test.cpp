@@ -55,6 +55,8 @@ TEST_F(NcImprint, IsTheErrorOfTheToolsCuts) {
       }
   EXPECT_EQ(found, 6 + 3) << "ends of all moves of the pass, and begins behind rapid moves";
   EXPECT_SAYS(read(toy.result("report.html")), "Imprint of the finishing pass");
+  const std::string picture = read(toy.result("imprint.svg"));
+  for (const char* words : {"<svg xmlns", "line 8", "line 9", "</svg>"}) EXPECT_SAYS(picture, words);
 }
 
 // The table has turned by 90 deg: what is X of the workpiece is Y of the machine.

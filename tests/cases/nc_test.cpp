@@ -340,6 +340,33 @@ TEST_F(Nc, ASeriesOfPartsWarmsUp) {
   EXPECT_EQ(summary["settled"], false);
   EXPECT_GT(summary["drift_ahead_um"].get<double>(), tolerance);
   EXPECT_NEAR(summary["warm_up_s"].get<double>(), parts.column("start_s")[good], 1e-5);
+  const std::string picture = read(toy.result("parts.svg"));
+  for (const std::string& words :
+       {std::string("<svg xmlns"), fmt::format("of the last one, number {}, after", good + 1), std::string("</svg>")})
+    EXPECT_SAYS(picture, words);
+}
+
+// Moves and dwells take a multiple of the planned time, the pause between parts does not.
+TEST_F(Nc, TheTimeFactorStretchesTheProgramAndNotThePause) {
+  toy.write("part.ngc", "G21 G90\nM3 S9000\nG0 Z50\no1 repeat [5]\nG1 X100 F20000\nX-100\no1 endrepeat\nG4 P30\nM2\n");
+  const auto rows_of = [&](const char* factor) {
+    const Result result = toy.run({"nc", toy_model(), toy.file("part.ngc"), "--repeat", "2", "--pause", "100",
+                                   "--row-s", "5", "--time-factor", factor, "--json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    return std::pair{json::parse(result.out), core::read_csv(toy.result("blocks.csv"))};
+  };
+  const auto [planned, planned_blocks] = rows_of("1");
+  const auto [slow, slow_blocks] = rows_of("1.2");
+  EXPECT_NEAR(slow["duration_s"].get<double>() - 100.0, 1.2 * (planned["duration_s"].get<double>() - 100.0), 1e-6);
+  ASSERT_EQ(slow_blocks.rows(), planned_blocks.rows());
+  const Eigen::VectorXd time = planned_blocks.column("time_s"), slow_time = slow_blocks.column("time_s"),
+                        part = planned_blocks.column("part");
+  for (Eigen::Index i = 0; i < time.size(); ++i) {
+    const double pause = part[i] > 1.5 ? 100.0 : 0.0;
+    EXPECT_NEAR(slow_time[i] - pause, 1.2 * (time[i] - pause), 1e-4) << i;
+  }
+  for (const char* axis : {"X_mm", "Z_mm"}) EXPECT_EQ(slow["travel_rows"][axis], planned["travel_rows"][axis]) << axis;
+  EXPECT_EQ(toy.run({"nc", toy_model(), toy.file("part.ngc"), "--time-factor", "0"}).status, 2);
 }
 
 // A folder of subprograms holds the program as well.

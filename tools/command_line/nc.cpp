@@ -21,9 +21,16 @@ void add_nc(CLI::App& app) {
   verb->add_option("--tools", nc.tools, "Tool table of LinuxCNC, lengths in mm.");
   verb->add_option("--folder", nc.folder,
                    "Folder below which the program and its subprograms are (default: that of the program).");
-  verb->add_option("--log", nc.log,
-                   "Log of a control (CSV: time_s and one of line and block): its times in place of the planner's.")
-      ->check(CLI::ExistingFile);
+  auto* log =
+      verb->add_option("--log", nc.log,
+                       "Log of a control (CSV: time_s and one of line and block): its times in place of the planner's.")
+          ->check(CLI::ExistingFile);
+  verb->add_option("--time-factor", nc.time_factor,
+                   "Factor on the planned times of moves and dwells, where the control is known to take longer or "
+                   "shorter; --pause stays.")
+      ->check(CLI::Range(0.1, 10.0))
+      ->capture_default_str()
+      ->excludes(log);
   verb->add_option("--process", nc.process,
                    "Heat of the cutting process (TOML): power of tools, shares of chips, tool, workpiece and fluid.")
       ->check(CLI::ExistingFile);

@@ -111,7 +111,7 @@ public:
         rows_(start_, options.row_s, process_, [this](const nc::Row& row) { take_row(row); }),
         planner_(
             {control.axes, control.blend_tolerance, control.block_cycle, control.look_ahead, control.overlaps_corners},
-            [this](const nc::Timed& timed) { times_ ? times_->add(timed) : take_timed(timed); }) {
+            [this](const nc::Timed& timed) { times_ ? times_->add(timed) : take_planned(timed); }) {
     program_travel_ = nc::Positions::Zero(start_.size());
     if (!options.log.empty()) use_log();
     if (twin.model) {
@@ -160,8 +160,9 @@ public:
     if (blocks) files.emplace_back("blocks.csv");
     if (imprint_) {
       require_imprint();
-      files.emplace_back("imprint.csv");
+      files.insert(files.end(), {"imprint.csv", "imprint.svg"});
       close(imprint_out_, "imprint.csv");
+      core::write_file(folder / "imprint.svg", nc::imprint_svg(*imprint_));
     }
     if (locations_) {
       files.emplace_back("locations.csv");
@@ -175,6 +176,10 @@ public:
     if (predictor_ && options_.repeat > 1) {
       core::write_file(folder / "parts.csv", parts_.csv(predictor_->axes()));
       files.emplace_back("parts.csv");
+      if (!parts_.all().empty()) {
+        core::write_file(folder / "parts.svg", nc::parts_svg(parts_, report()));
+        files.emplace_back("parts.svg");
+      }
     }
     if (content_) {
       write_page(folder / "report.html", [this] { return content_->page(report(), operations_, parts_); });
@@ -428,7 +433,7 @@ private:
       state_.spindle_rpm = 0.0;
       state_.flood = state_.mist = false;
       set_run(state_);
-      stand(options_.pause_s);
+      stand(options_.pause_s / options_.time_factor);
     }
     warn_of_lines();
     planner_.finish();
@@ -452,6 +457,12 @@ private:
     element.pause = seconds;
     element.state = state_;
     planner_.push(std::move(element));
+  }
+  void take_planned(const nc::Timed& planned) {
+    if (options_.time_factor == 1.0)
+      take_timed(planned);
+    else
+      take_timed(planned.slower(options_.time_factor));
   }
   void take_timed(const nc::Timed& timed) {
     operations_.add(timed);

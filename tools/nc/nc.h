@@ -30,6 +30,7 @@ struct NcOptions : CommonOptions {
   std::optional<int> imprint;  ///< tool of the finishing pass; none: no imprint
   int repeat = 1;              ///< runs of the program
   double pause_s = 0;          ///< between them
+  double time_factor = 1;      ///< on the planner's times
 };
 
 void nc(const NcOptions& options);
