@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "core/html_page.h"
 #include "core/plot.h"
@@ -23,21 +25,28 @@ struct Curve {
   Eigen::VectorXd time;                            ///< in a unit
   std::array<Eigen::VectorXd, 3> mean, low, high;  ///< um
 
+  /// Intervals are joined where they are more than a curve needs.
   Curve(const ErrorOverTime& errors, double unit) {
+    constexpr std::size_t most = 300;
     const auto& all = errors.intervals();
-    const auto count =
-        std::count_if(all.begin(), all.end(), [](const ErrorOverTime::Interval& one) { return one.count > 0; });
+    const std::size_t joined = (all.size() + most - 1) / most;
+    std::vector<std::pair<double, ErrorOverTime::Interval>> filled;  // middle
+    for (std::size_t i = 0; i < all.size(); i += joined) {
+      ErrorOverTime::Interval sum;
+      const std::size_t end = std::min(all.size(), i + joined);
+      for (std::size_t k = i; k < end; ++k) sum.add(all[k]);
+      if (sum.count > 0) filled.emplace_back(0.5 * (i + end) * errors.width() / unit, sum);
+    }
+    const auto count = std::ssize(filled);
     time.resize(count);
     for (auto* values : {&mean, &low, &high}) values->fill(Eigen::VectorXd(count));
-    Eigen::Index at = 0;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (all[i].count == 0) continue;
-      time[at] = (i + 0.5) * errors.width() / unit;
+    for (Eigen::Index at = 0; const auto& [middle, interval] : filled) {
+      time[at] = middle;
       for (std::size_t c = 0; c < 3; ++c) {
         const Eigen::Index component = c;
-        mean[c][at] = all[i].sum[component] / all[i].count;
-        low[c][at] = all[i].low[component];
-        high[c][at] = all[i].high[component];
+        mean[c][at] = interval.sum[component] / interval.count;
+        low[c][at] = interval.low[component];
+        high[c][at] = interval.high[component];
       }
       ++at;
     }

@@ -60,8 +60,8 @@ std::string path_scene_html(const PathPoints& path, const std::string& below) {
   if (path.points().size() < 2) return "";
   const std::string controls =
       "<div class=\"controls\"><label>colour <select id=\"path-choice\"></select></label><label>time <input "
-      "type=\"range\" id=\"path-time\" min=\"0\" max=\"1000\" value=\"0\"></label><label><input type=\"checkbox\" "
-      "id=\"path-rapid\" checked>rapid moves</label></div>\n";
+      "type=\"range\" id=\"path-time\" min=\"0\" max=\"1000\" step=\"any\" value=\"0\"></label>"
+      "<label><input type=\"checkbox\" id=\"path-rapid\" checked>rapid moves</label></div>\n";
   const std::string legend =
       "<div class=\"legend\"><span id=\"path-range\"></span><span><i class=\"blue\"></i>X</span><span><i "
       "class=\"orange\"></i>Y</span><span><i class=\"green\"></i>Z</span><span id=\"path-values\"></span><span>drag "

@@ -14,7 +14,7 @@ inline const char* const path_scene_script = R"JS(
   const scaled = p => Float32Array.from(new Int16Array(bytes(p.data)), v => v * p.scale);
   const place = new Float32Array(bytes(path.place)), error = scaled(path.error), deviation = scaled(path.std),
     time = new Float32Array(bytes(path.time)), line = new Uint32Array(bytes(path.line)),
-    rapid = new Uint8Array(bytes(path.rapid)), count = time.length;
+    rapid = new Uint8Array(bytes(path.rapid)), count = time.length, lasts = time[count - 1] - time[0];
   const of = (list, i) => [list[3 * i], list[3 * i + 1], list[3 * i + 2]];
   const choices = [["length of the error", i => Math.hypot(...of(error, i)), false],
     ...[0, 1, 2].map(c => ["error along " + "XYZ"[c], i => error[3 * i + c], true]),
@@ -93,7 +93,7 @@ inline const char* const path_scene_script = R"JS(
     context.textAlign = "start";
   }
   function show() {
-    const wanted = Number($("path-time").value) / 1000 * (time[count - 1] || 0);
+    const wanted = time[0] + Number($("path-time").value) / 1000 * lasts;
     at = 0;
     for (let low = 0, high = count - 1; low <= high;) { const middle = (low + high) >> 1;
       if (time[middle] <= wanted) { at = middle; low = middle + 1; } else high = middle - 1; }
@@ -117,7 +117,7 @@ inline const char* const path_scene_script = R"JS(
   // The moment when the error is largest tells most.
   let worst = 0;
   for (let i = 0; i < count; ++i) if ((!rapid[i] || !cuts) && choices[0][1](i) > choices[0][1](worst)) worst = i;
-  $("path-time").value = 1000 * askedNumber("time", time[worst] / (time[count - 1] || 1));
+  $("path-time").value = 1000 * askedNumber("time", (time[worst] - time[0]) / (lasts || 1));
   $("path-rapid").checked = askedNumber("rapid", 1) > 0;
   resize();
   window.addEventListener("resize", () => { resize(); draw(); });

@@ -237,13 +237,12 @@ std::string report_page(const Report& report, const PathPoints& path, const Erro
                         const Operations& operations, const BeyondLimits& beyond, const Parts& parts) {
   const std::string title = "TCP error along " + report.program;
   return core::html_document(
-      title, core::html_title(title, fmt::format("{}; {}", report.machine, report.begins)) +
-                 headline(report, path, beyond) +
-                 path_scene_html(path, report.parts > 1 ? "of the last part; the tool's tip in the workpiece"
-                                                        : "the tool's tip in the workpiece") +
-                 over_time(errors, report.duration_s) + report.imprint + report.locations +
-                 operations_section(operations, report) + beyond_section(beyond) + parts_section(parts, report) +
-                 core::html_next_steps(report.next));
+      title,
+      core::html_title(title, fmt::format("{}; {}", report.machine, report.begins)) + headline(report, path, beyond) +
+          path_scene_html(path, report.parts > 1 ? "of the last part; the tool's tip in the workpiece"
+                                                 : "the tool's tip in the workpiece") +
+          over_time(errors, report.duration_s) + parts_section(parts, report) + report.imprint + report.locations +
+          operations_section(operations, report) + beyond_section(beyond) + core::html_next_steps(report.next));
 }
 
 }  // namespace thermotwin::nc

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <regex>
 #include <set>
 
 #include "core/table.h"
@@ -92,7 +93,13 @@ TEST_F(NcPage, ListsMovesBeyondTheWorkspaceAndTheSeries) {
   EXPECT_SAYS(text, "The first good part is number");
   EXPECT_SAYS(text, "The series has not settled");
   if (browser().empty()) GTEST_SKIP() << "no chromium";
-  expect_quiet(opened(page(), "", toy.path()));
+  const Page shown = opened(page(), "", toy.path());
+  expect_quiet(shown);
+  // The path is that of the last part; the page begins with its largest error, the end of the colours.
+  std::smatch end, length;
+  ASSERT_TRUE(std::regex_search(shown.document, end, std::regex("id=\"path-range\">[^<]*<i [^>]*></i>([0-9.]+)")));
+  ASSERT_TRUE(std::regex_search(shown.document, length, std::regex("; length ([0-9.]+)")));
+  EXPECT_EQ(length[1].str(), end[1].str());
 }
 
 // A long program keeps the page small; the page says how far it is thinned.
