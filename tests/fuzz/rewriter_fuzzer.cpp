@@ -2,6 +2,7 @@
 // Any bytes are a program of a warm five-axis machine: the interpreter or a rewriter refuses it with an InputError, or
 // the corrected program is written and the interpreter reads it as it is meant. The first byte chooses the rewriter.
 // Each program runs through the helper process twice, so that some tens of programs are tried in a second.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
