@@ -328,7 +328,10 @@ TEST(HiddenEffects, AnEarlierBanksRowIsRead) {
   line.id = "x", line.kind = "source_power", line.second_named = 1.0, line.place_allowed = 120.0;
   const std::string text = line.text();
   EXPECT_EQ(hidden::Line::parse(text).place_allowed, 120.0);
-  const hidden::Line earlier = hidden::Line::parse(text.substr(0, text.rfind('\t')));
+  const std::string without_refit = text.substr(0, text.rfind('\t'));
+  EXPECT_EQ(hidden::Line::parse(without_refit).place_allowed, 120.0);
+  EXPECT_EQ(hidden::Line::parse(without_refit).refit_over_winner, hidden::Line::absent);
+  const hidden::Line earlier = hidden::Line::parse(without_refit.substr(0, without_refit.rfind('\t')));
   EXPECT_EQ(earlier.id, "x");
   EXPECT_EQ(earlier.second_named, 1.0);
   EXPECT_EQ(earlier.place_allowed, hidden::Line::absent);
