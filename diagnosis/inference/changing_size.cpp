@@ -32,9 +32,10 @@ constexpr int law_intervals = 60;
 constexpr double law_std = 1.0, law_memory_s = 2.0 * core::units::hour;  ///< of a size that wanders or jumps
 constexpr std::size_t most_steps = 3;
 constexpr double no_step_std = 0.01;  ///< of the factor, where nothing happened
-constexpr double unseen_std = 1e-3;   ///< of the factor: of columns that are not asked for
+constexpr double unseen_std = 1e-4;   ///< of the factor: of columns that are not asked for
 constexpr double least_step_evidence = 5.0;
 constexpr double much_better = 1.5;                      ///< evidence of a law over that of a simple cause at its place
+constexpr double as_probable = 0.5;                      ///< ln, by which times may differ
 constexpr double told_apart_by = 5.0;                    ///< nats over a constant change
 constexpr double may_compete = 0.8, within_nats = 10.0;  ///< of the evidence of what leads
 
@@ -134,6 +135,14 @@ struct Timed {
   std::vector<double> evidence;
   double log_share = 0;  ///< of the best time in the prior of all times
   std::size_t best() const { return std::max_element(evidence.begin(), evidence.end()) - evidence.begin(); }
+  /// Of the times without a gap about the best one that are about as probable, s.
+  std::pair<double, double> best_range() const {
+    const double least = evidence[best()] - as_probable;
+    std::size_t first = best(), last = first;
+    while (first > 0 && evidence[first - 1] > least) --first;
+    while (last + 1 < evidence.size() && evidence[last + 1] > least) ++last;
+    return {from_s[first], from_s[last]};
+  }
 };
 
 /// The time of a step by its probability, s.
@@ -188,23 +197,20 @@ ChangingSizes::Step at_its_time(const Problem& problem, const Response& response
     times.constant = beside.of_constant(problem.parameters[tried.parameter], tried.parameter);
     return times;
   };
-  double middle = coarse.from_s[coarse.best()], width = coarse.from_s[1] - coarse.from_s[0];
+  // The first pass spans the coarse times that are about as probable as the best one, and one beyond at either end.
+  const auto [first, last] = coarse.best_range();
+  double middle = 0.5 * (first + last), width = 0.5 * (last - first) + coarse.from_s[1] - coarse.from_s[0];
+  for (std::size_t k = 0; k < coarse.from_s.size(); ++k) everywhere[coarse.from_s[k]] = coarse.evidence[k];
   TriedTimes times;
   Index best = 0;
   for (int pass = 0; pass < finer_passes; ++pass, width *= 2.0 / (finer_times - 1)) {
     times = about(middle, width);
-    if (pass == 0) {
-      // Coarse times have another origin of the evidence, that of their own linearisation; one time is common.
-      const double shift = times.evidence[finer_times / 2] - coarse.evidence[coarse.best()];
-      for (std::size_t k = 0; k < coarse.from_s.size(); ++k) everywhere[coarse.from_s[k]] = coarse.evidence[k] + shift;
-    }
     for (std::size_t k = 0; k < times.steps.size(); ++k) everywhere[times.steps[k].from_s] = times.evidence[k];
     times.evidence.maxCoeff(&best);
     middle = times.steps[best].from_s;
   }
   const TimeOfStep time = time_by(everywhere);
   if (time.std > width) {
-    constexpr double as_probable = 0.5;  // ln
     TriedTimes at_mean = about(time.mean, width);
     const Index centre = finer_times / 2;
     if (at_mean.evidence[centre] > times.evidence[best] - as_probable) {
