@@ -202,8 +202,8 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
     if (name == mesh::time_of_day) held = at_rows(truth.sensors.values.col(0), values);
     MeasuredChannel channel;
     describe_input(name, channel);
-    if (channel.kind == ChannelKind::temperature && options.sensor_noise_K > 0) {
-      channel.uncertainty = options.sensor_noise_K;  // the control reads the air from a sensor too
+    if (channel.kind == ChannelKind::temperature) {
+      channel.uncertainty = std::max(options.sensor_noise_K, 1e-3);  // the control reads the air from a sensor too
       for (double& value : held) value += options.sensor_noise_K * normal();
     }
     builder.add(channel, held);

@@ -216,6 +216,21 @@ TEST(VirtualMeasurement, ACoolantRisesByItsHeatOverItsFlow) {
   EXPECT_EQ(m.data.column(rise)[2], 0.0) << "the circuit is off";
 }
 
+TEST(VirtualMeasurement, WithoutNoiseItIsReadAsItWasWritten) {
+  const mesh::Machine machine = uncertain_boxes();
+  VirtualOptions quiet;
+  quiet.sensor_noise_K = quiet.probe_noise_um = 0.0;
+  const Measurement m = measure_run(cooled_run(machine, 90.0), machine, {}, quiet);
+  for (const MeasuredChannel& channel : m.channels) {
+    if (channel.kind == ChannelKind::temperature || channel.kind == ChannelKind::displacement) {
+      EXPECT_GT(channel.uncertainty, 0.0) << channel.id;
+    }
+  }
+  const test::Scratch scratch;
+  write_measurement(scratch.path() / "quiet", m);
+  EXPECT_EQ(read_measurement(scratch.path() / "quiet").channels.size(), m.channels.size());
+}
+
 TEST(VirtualMeasurement, SensorsReduceTheErrorOfTheReducedModelOnAFinerPerturbedMachine) {
   const test::Scratch scratch;
   const mesh::Machine machine = uncertain_boxes();
