@@ -22,15 +22,19 @@ ORDER = 240   # of the model of measured machines; its reference, which is run, 
 STATIC = {True: "static_grid", False: "static_regression"}  # whether places are held out
 
 
+def link_to(case, folder):
+    """A case of its own case.toml beside the machine of another."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("machine.toml", "loads", "cad"):
+        if not (folder / name).exists():
+            os.symlink((case / name).resolve(), folder / name)
+
+
 def case_with_poses(case, poses, folder):
     """The case with other check points, where the virtual measurement probes."""
     if not poses:
         return case
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in ("machine.toml", "loads", "cad"):
-        link = folder / name
-        if not link.exists():
-            os.symlink((case / name).resolve(), link)
+    link_to(case, folder)
     text = (case / "case.toml").read_text()
     head = text[:text.index("[check_points]")]
     places = "".join(f'  "{pose}",\n' for pose in poses)
@@ -40,10 +44,7 @@ def case_with_poses(case, poses, folder):
 
 def case_with_one_program(case, folder):
     """The case with the last of its training programs alone: the basis of a model of this order hardly needs them."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in ("machine.toml", "loads", "cad"):
-        if not (folder / name).exists():
-            os.symlink((case / name).resolve(), folder / name)
+    link_to(case, folder)
     own = tomllib.loads((case / "case.toml").read_text())
     (folder / "case.toml").write_text(f'schema = 1\nsize = "{own["size"]}"\ntrain = ["{own["train"][-1]}"]\n')
     return folder

@@ -13,13 +13,16 @@ def measured_by(row, measure):
     return row[KEYS[measure]]
 
 
-def of_machine(rows, model, quantity, measure):
-    """Median over the places of one machine; None: no place moves enough, or the model predicts none."""
-    values = [measured_by(row, measure) for row in rows
-              if row["model"] == model and row["channel"].partition("@")[0] == quantity
-              and row["peak_to_peak_before"] > LEAST_UM]
+def median(values):
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None
+
+
+def of_machine(rows, model, quantity, measure):
+    """Median over the places of one machine; None: no place moves enough, or the model predicts none."""
+    return median([measured_by(row, measure) for row in rows
+                   if row["model"] == model and row["channel"].partition("@")[0] == quantity
+                   and row["peak_to_peak_before"] > LEAST_UM])
 
 
 def quartiles(values):
@@ -39,8 +42,3 @@ def cell(values, digits=0):
         low, _, high = quartiles(known)
         text += f" ({low:.{digits}f} to {high:.{digits}f})"
     return text
-
-
-def median(values):
-    known = [value for value in values if value is not None]
-    return statistics.median(known) if known else None
