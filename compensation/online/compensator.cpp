@@ -231,6 +231,13 @@ const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const 
   return work_->step(time, row, sensors_C);
 }
 
+void Compensator::rested() {
+  if (work_->options.use_sensors)
+    throw core::InputError("compensator rested", "a machine with sensors", "use_sensors = false");
+  if (work_->started) throw core::InputError("compensator rested", "a row was taken", "a call before the first row");
+  work_->observer.rested();
+}
+
 void Compensator::never_told(const std::vector<Eigen::Index>& channels) {
   for (const Eigen::Index channel : channels) {
     core::require_within("compensator never_told", channel, {0.0, work_->never_told.size() - 1.0});

@@ -50,6 +50,9 @@ public:
   const std::vector<std::string>& axes() const override;
   const OffsetLimits& limits() const override;
   void never_told(const std::vector<Eigen::Index>& channels) override;
+  /// States, before the first row, that the machine has stood off until no heat of earlier work is left in it: all of
+  /// it is at start_C, with a standard deviation of 0.5 K.  @throws InputError if sensors are used, or after a row
+  void rested();
   const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) override;
   void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) override;
   long probed() const override;

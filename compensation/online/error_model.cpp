@@ -53,7 +53,7 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
   const reduction::ReducedSystem& system = model_.system;
   const Index order = system.order(), sensors = system.sensors.rows(), machine = std::ssize(quantities_);
 
-  const MatrixXd patterns = work_before_.patterns(uniform_K, readings);
+  const MatrixXd patterns = rested_ ? MatrixXd(order, 0) : work_before_.patterns(uniform_K, readings);
   const Index shapes = patterns.cols();
   start_modes_ = 1 + shapes;
 

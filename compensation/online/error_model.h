@@ -47,6 +47,8 @@ public:
 
   using FirstReading = compensation::FirstReading;
   using UniformStart = compensation::UniformStart;
+  /// States, before start(), that no heat of earlier work is left in the machine.
+  void rested() { rested_ = true; }
   /// States the initial positions of the axes; to be called before start() and before(). @param row  (channels)
   void work_ends_at(const Eigen::VectorXd& row) { work_before_.ends_at(row); }
   /// Resets the model. The initial state may contain the heat of earlier work, whose amount and end are weighted by the
@@ -155,6 +157,7 @@ private:
   std::vector<Quantity> quantities_;
   std::vector<std::vector<int>> inputs_of_term_;
   WorkBefore work_before_;
+  bool rested_ = false;
   std::vector<DriveHeat> drives_;
   struct Untold {
     Eigen::VectorXd heat;        ///< (order) empty: told

@@ -63,6 +63,8 @@ public:
   void set_corrected();
   /// See ErrorModel::air_is_untold.
   void air_is_untold() { errors_.air_is_untold(); }
+  /// See ErrorModel::rested; for a machine without readings.
+  void rested() { errors_.rested(); }
   /// Accounts for the heat of unrecorded drives since the row before. @param untold  (drives) 1: speed not recorded,
   /// else 0  @param duration  s
   void add_drives(const std::vector<char>& untold, const Eigen::VectorXd& row, double duration);

@@ -20,7 +20,9 @@ std::unique_ptr<compensation::OnlineModel> cold_model(const reduction::ReducedMo
   settings.step_s = options.interval;
   settings.largest_um = options.largest_um;
   settings.rate_um_s = options.rate_um_s;
-  return std::make_unique<compensation::Compensator>(model, settings);
+  auto cold = std::make_unique<compensation::Compensator>(model, settings);
+  if (options.rested) cold->rested();
+  return cold;
 }
 
 Row standing_at(const Positions& start, const std::vector<std::string>& drives) {

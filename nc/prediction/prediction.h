@@ -19,6 +19,7 @@ namespace thermotwin::nc {
 
 struct PredictionOptions {
   double start_C = 20.0;    ///< uniform temperature of the machine before the program
+  bool rested = false;      ///< no heat of earlier work is left in the machine; not with a saved state
   double interval = 10.0;   ///< s, of the rows
   int parts = 1;            ///< runs of the program
   double largest_um = 0.0;  ///< limit of an offset; 0: by the model, as that of the rate. A saved state has both

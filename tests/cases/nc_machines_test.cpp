@@ -59,6 +59,8 @@ TEST_F(NcMachines, TheKnownStartRemovesMostAndAWrongOneLess) {
     EXPECT_GT(machine["known"]["removed_percent"], 60.0) << said;
     const auto removed = [&](const char* variant) { return machine[variant]["removed_percent"].get<double>(); };
     EXPECT_LT(removed("unknown"), removed("known"));
+    EXPECT_LT(machine["known"]["std_um"], 0.5 * machine["unknown"]["std_um"].get<double>()) << "of a rested machine";
+    EXPECT_LT(machine["known"]["left_um"], 2.0 * machine["known"]["std_um"].get<double>()) << said;
     // A machine that is warmer than the nominal one is nearer to the longer program, a cooler one to the shorter.
     EXPECT_LT(0.5 * (removed("longer") + removed("shorter")), removed("known"));
     EXPECT_NE(removed("longer"), removed("shorter"));

@@ -37,10 +37,15 @@ void add_nc(CLI::App& app) {
   verb->add_option("--start", nc.start, "Positions before the program, such as X=0,Y=0,Z=100 (default: home).");
   verb->add_option("--start-C", nc.start_C, "Uniform temperature of the machine before the program.")
       ->capture_default_str();
+  auto* rested =
+      verb->add_flag("--rested", nc.rested,
+                     "The machine has stood off until all of it is at --start-C within 0.5 K. Without this option the "
+                     "standard deviation contains the heat of any earlier work.");
   verb->add_option("--row-s", nc.row_s, "Duration of each row of rows.csv, s.")->capture_default_str();
   auto* state = verb->add_option("--state", nc.state,
                                  "State of `compensate --state`: the machine before the program (default: at "
-                                 "--start-C). The program begins where the axes stood, unless --start says otherwise.");
+                                 "--start-C). The program begins where the axes stood, unless --start says otherwise.")
+                    ->excludes(rested);
   verb->add_option("--after", nc.after_s,
                    "Time from the state to the program, s (default: --row-s). Beyond 300 s the machine counts as off.")
       ->check(CLI::Range(0.0, 604800.0))

@@ -117,6 +117,7 @@ public:
     if (twin.model) {
       nc::PredictionOptions prediction;
       prediction.start_C = options.start_C;
+      prediction.rested = options.rested;
       prediction.interval = options.row_s;
       prediction.parts = options.repeat;
       prediction.drives = process_.drives();
@@ -312,7 +313,8 @@ private:
     report.program = options_.program.filename().string();
     report.machine = fmt::format("machine {}, order {}", twin_.machine.name, twin_.model->system.order());
     report.begins = options_.state.empty()
-                        ? fmt::format("the machine begins at a uniform temperature of {} °C", options_.start_C)
+                        ? fmt::format("the machine begins at a uniform temperature of {} °C{}", options_.start_C,
+                                      options_.rested ? ", rested" : "")
                         : fmt::format("begins {} s after the saved state {}", options_.after_s.value_or(options_.row_s),
                                       options_.state.filename().string());
     report.axes = predictor_->axes();
@@ -349,6 +351,7 @@ private:
     }
     if (!options_.start.empty()) words += " --start " + core::shell_word(options_.start);
     if (options_.start_C != NcOptions().start_C) words += fmt::format(" --start-C {:g}", options_.start_C);
+    if (options_.rested) words += " --rested";
     return words;
   }
   std::vector<core::NextStep> next_steps() const {

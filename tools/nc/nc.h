@@ -19,6 +19,7 @@ struct NcOptions : CommonOptions {
   std::filesystem::path process;  ///< heat of the cutting process; empty: none
   std::string start;              ///< pose before the program; empty: home
   double start_C = 20, row_s = 10;
+  bool rested = false;                   ///< no heat of earlier work is left in the machine
   std::filesystem::path state;           ///< of `compensate --state`; empty: at start_C
   std::optional<double> after_s;         ///< from the state to the program; none: row_s
   double step_s = 60;                    ///< of `compensate` that saved the state, as those below

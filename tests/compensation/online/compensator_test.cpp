@@ -447,6 +447,33 @@ TEST(Compensator, AGuideSensorThatIsOffFromTheStartIsNotFollowed) {
   EXPECT_NEAR(misled.predicted_sensors_C()[nose], compensator.predicted_sensors_C()[nose], 0.01);
 }
 
+// The start of a machine that has stood off leaves its uniform temperature alone, known to 0.5 K.
+TEST(Compensator, ARestedMachineCarriesNoHeatOfEarlierWork) {
+  CompensatorOptions options;
+  options.use_sensors = false;
+  Compensator rested(nominal(), options), unknown(nominal(), options);
+  rested.rested();
+  options.start_C += 0.5;
+  Compensator warmer(nominal(), options);
+  VectorXd row = rested.channels().defaults();
+  row[rested.channels().index("machine.on")] = 0.0;
+  const mesh::Pose pose = some_poses()[0];
+  for (int i = 0; i <= 1; ++i) {
+    rested.step(i, row, {});
+    unknown.step(i, row, {});
+    warmer.step(i, row, {});
+  }
+  const double half_kelvin_um =
+      (warmer.tcp(pose).error.head<3>() - rested.tcp(pose).error.head<3>()).norm() / core::units::um;
+  const double std_um = rested.std_um(pose).norm();
+  EXPECT_GT(std_um, 0.9 * half_kelvin_um);
+  EXPECT_LT(std_um, 2.0 * half_kelvin_um) << "what is left is the error of the model";
+  EXPECT_GT(unknown.std_um(pose).norm(), 3.0 * std_um);
+  EXPECT_THROW(rested.rested(), core::InputError) << "after a row";
+  Compensator measured(nominal());
+  EXPECT_THROW(measured.rested(), core::InputError) << "with sensors";
+}
+
 TEST(Compensator, PredictedReadingsMeetTheReadingsOfItsOwnModel) {
   const std::vector<mesh::Pose> poses = some_poses();
   const test::Truth run = test::run_truth(nominal().machine, nominal(), 60.0, 1, 4 * 3600.0, poses);
