@@ -25,7 +25,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double period_s = 0.1;
-constexpr double live_period_s = 0.01;
+constexpr double start_over_s = 300.0;  ///< machine time that the work of the start is spread over
 constexpr double short_step_s = 10.0;  ///< of the thermal state
 
 double now(clockid_t clock) {
@@ -136,18 +136,18 @@ void sleep_until(double time) {
 }
 
 /// @param step    (time, row, readings)
-/// @param paced_s  time between rows, also of the clock; 0: period_s, as fast as they are taken
+/// @param paced  the clock goes as the machine's time; else rows are as fast as they are taken
 template <class Step>
-Times measured(Rows& inputs, Sensors& sensors, long rows, const Step& step, double paced_s = 0.0) {
+Times measured(Rows& inputs, Sensors& sensors, long rows, const Step& step, bool paced = false) {
   Times times;
   times.processor.reserve(rows);
   times.wall.reserve(rows);
   const double begun = now(CLOCK_MONOTONIC);
   for (long i = 0; i < rows; ++i) {
-    const double t = i * (paced_s > 0.0 ? paced_s : period_s);
+    const double t = i * period_s;
     const VectorXd& row = inputs.at(t);
     const VectorXd& readings = sensors.at(t, row);
-    if (paced_s > 0.0) sleep_until(begun + t);
+    if (paced) sleep_until(begun + t);
     const double wall_0 = now(CLOCK_MONOTONIC), own_0 = now(CLOCK_THREAD_CPUTIME_ID);
     step(t, row, readings);
     times.processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
@@ -198,7 +198,7 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
   const compensation::ControlModel at_once(model, options);
   print("build", build.seconds());
   compensation::ControlData data = at_once.data();
-  data.start_over_s = 300.0;
+  data.start_over_s = start_over_s;
   const compensation::ControlModel control(std::move(data));
   const tt_model& m = control.model();
   const Watch start;
@@ -251,14 +251,14 @@ void live_rows(const std::filesystem::path& model_file, long rows) {
   const compensation::Compensator compensator(model);
   Rows inputs(compensator, model.machine);
   compensation::ControlData data = compensation::control_data(model);
-  data.start_over_s = 10.0;
+  data.start_over_s = start_over_s;
   const compensation::ControlModel control(std::move(data));
   Twin twin(control.model());
   Sensors sensors(control.model());
   print_times("live", measured(
                           inputs, sensors, rows,
                           [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); },
-                          live_period_s));
+                          true));
 }
 
 void compared_rows(const std::filesystem::path& model_file, const std::filesystem::path& folder) {
