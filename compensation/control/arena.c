@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static void* cut(tt_arena* arena, size_t bytes) {
+void* tt_bytes(tt_arena* arena, size_t bytes) {
   const size_t whole = (bytes + 7u) / 8u * 8u;
   unsigned char* start = arena->block ? arena->block + arena->used : NULL;
   if (start) memset(start, 0, whole);
@@ -11,6 +11,6 @@ static void* cut(tt_arena* arena, size_t bytes) {
   return start;
 }
 
-double* tt_doubles(tt_arena* arena, size_t count) { return (double*)cut(arena, count * sizeof(double)); }
-float* tt_floats(tt_arena* arena, size_t count) { return (float*)cut(arena, count * sizeof(float)); }
-int32_t* tt_ints(tt_arena* arena, size_t count) { return (int32_t*)cut(arena, count * sizeof(int32_t)); }
+double* tt_doubles(tt_arena* arena, ptrdiff_t count) { return tt_bytes(arena, count * sizeof(double)); }
+float* tt_floats(tt_arena* arena, ptrdiff_t count) { return tt_bytes(arena, count * sizeof(float)); }
+int32_t* tt_ints(tt_arena* arena, ptrdiff_t count) { return tt_bytes(arena, count * sizeof(int32_t)); }

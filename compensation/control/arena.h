@@ -18,9 +18,10 @@ typedef struct tt_arena {
 } tt_arena;
 
 /* Each array starts at a multiple of 8 bytes and is zero. NULL while the arena only counts. */
-double* tt_doubles(tt_arena* arena, size_t count);
-float* tt_floats(tt_arena* arena, size_t count);
-int32_t* tt_ints(tt_arena* arena, size_t count);
+void* tt_bytes(tt_arena* arena, size_t bytes); /* of structs */
+double* tt_doubles(tt_arena* arena, ptrdiff_t count);
+float* tt_floats(tt_arena* arena, ptrdiff_t count);
+int32_t* tt_ints(tt_arena* arena, ptrdiff_t count);
 
 #ifdef __cplusplus
 }

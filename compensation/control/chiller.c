@@ -13,7 +13,7 @@ enum { steps_of_lag = 8, most_steps = 4096 };
 
 tt_chiller tt_chiller_in(tt_arena* arena, const tt_model* m) {
   tt_chiller c;
-  const size_t n = (size_t)m->coolants;
+  const ptrdiff_t n = m->coolants;
   c.outlet = tt_doubles(arena, n);
   c.inlet = tt_doubles(arena, n);
   c.integral = tt_doubles(arena, n);
@@ -79,7 +79,7 @@ static double walked(const tt_model* m, int i, const aims* a, double span, walk*
   const int pi = m->coolant_control[i] == TT_PI_CONTROL;
   const double tau = m->coolant_time_constant[i];
   const double quickest = pi ? tt_min(tau / (1.0 + m->coolant_gain[i]), m->coolant_integral_time[i]) : tau;
-  const int steps = (int)tt_clamp(ceil(steps_of_lag * span / quickest), 16.0, (double)most_steps);
+  const int steps = (int)tt_clamp(ceil(steps_of_lag * span / quickest), 16.0, most_steps);
   const double h = span / steps;
   double sum = 0.0;
   for (int k = 0; k < steps; ++k) {

@@ -7,15 +7,15 @@
 int tt_day_heats(const tt_day_model* model) { return 1 + model->drives + model->warm; }
 
 void tt_day_lay(tt_day* day, const tt_day_model* model, tt_arena* arena) {
-  const size_t channels = (size_t)model->channels;
+  const ptrdiff_t channels = model->channels;
   day->model = model;
   day->rows = tt_doubles(arena, channels * TT_DAY_ROWS);
-  day->p = tt_doubles(arena, (size_t)model->sensors->terms);
-  day->q = tt_doubles(arena, (size_t)model->sensors->inputs);
+  day->p = tt_doubles(arena, model->sensors->terms);
+  day->q = tt_doubles(arena, model->sensors->inputs);
   day->row = tt_doubles(arena, channels);
 }
 
-static double* row_of(const tt_day* day, int kind) { return day->rows + (long)kind * day->model->channels; }
+static double* row_of(const tt_day* day, ptrdiff_t kind) { return day->rows + kind * day->model->channels; }
 
 static void set(double* row, int channel, double value) {
   if (channel >= 0) row[channel] = value;
@@ -51,10 +51,11 @@ void tt_day_coefficients(tt_day* day, int kind, double* p) {
 /* watts += factor times the heat of all sources, or of all inputs, at the row */
 static void add_heat(tt_day* day, double factor, int sources_only, const double* row, double* watts) {
   const tt_sensor_model* m = day->model->sensors;
+  const ptrdiff_t n = m->order;
   evaluate(day, row);
   for (int k = 0; k < m->inputs; ++k) {
     if (day->q[k] == 0.0 || (sources_only && m->input_term[k] >= 0)) continue;
-    tt_axpy(m->order, factor * day->q[k], m->input_columns + (long)k * m->order, watts);
+    tt_axpy(n, factor * day->q[k], m->input_columns + k * n, watts);
   }
 }
 
@@ -72,13 +73,14 @@ static void drive_heat(tt_day* day, int drive, const double* row, double standin
 static void warm_heat(tt_day* day, int warm, double* watts) {
   const tt_day_model* m = day->model;
   const tt_sensor_model* s = m->sensors;
+  const ptrdiff_t n = s->order;
   const int quantity = m->warm_quantity[warm];
   tt_copy(m->channels, row_of(day, TT_DAY_STANDING), day->row);
   set(day->row, m->fluid_on, 1.0);
   evaluate(day, day->row);
   for (int i = s->quantity_warm_first[quantity]; i < s->quantity_warm_first[quantity + 1]; ++i) {
     const int input = s->quantity_warm[i];
-    tt_axpy(s->order, m->warm_K[warm] * day->p[s->input_term[input]], s->input_columns + (long)input * s->order, watts);
+    tt_axpy(n, m->warm_K[warm] * day->p[s->input_term[input]], s->input_columns + input * n, watts);
   }
 }
 

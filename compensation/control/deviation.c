@@ -14,26 +14,26 @@ static int outputs_of(const tt_model* m) { return of_tool * m->grid_poses + (of_
 
 void tt_deviation_lay(tt_deviation* d, const tt_model* m, const tt_sensor_model* sensors, tt_arena* state,
                       tt_arena* work) {
-  const size_t axes = (size_t)m->linear_axes, places = (size_t)places_of(m), columns = (size_t)tt_columns(sensors);
+  const ptrdiff_t axes = m->linear_axes, places = places_of(m), columns = tt_columns(sensors);
   d->variance = tt_doubles(state, axes * places);
   d->smallest = tt_doubles(state, axes);
   d->next = tt_doubles(state, axes * places);
-  d->columns = tt_doubles(work, axes * sides * places * (size_t)m->grid_angles);
-  d->outputs = tt_doubles(work, columns * (size_t)outputs_of(m));
+  d->columns = tt_doubles(work, axes * sides * places * m->grid_angles);
+  d->outputs = tt_doubles(work, columns * outputs_of(m));
   d->influence = tt_doubles(work, columns + tt_outputs);
   d->product = tt_doubles(work, columns + tt_outputs);
-  d->at_poses = tt_doubles(work, (size_t)m->grid_poses);
-  d->at_tables = tt_doubles(work, (size_t)m->grid_tables);
+  d->at_poses = tt_doubles(work, m->grid_poses);
+  d->at_tables = tt_doubles(work, m->grid_tables);
 }
 
 void tt_deviation_prepare(tt_deviation* d, const tt_model* m) {
-  const int poses = places_of(m) * m->grid_angles, axes = m->linear_axes;
-  for (int i = 0; i < poses; ++i) {
+  const ptrdiff_t poses = places_of(m) * m->grid_angles, axes = m->linear_axes;
+  for (ptrdiff_t i = 0; i < poses; ++i) {
     for (int k = 0; k < sides; ++k) {
       double unit[sides] = {0}, error[3];
       unit[k] = 1.0;
-      tt_error_of_sides(m, m->grid_pose + (long)i * m->axes, unit, error);
-      tt_offsets(m, error, d->columns + ((long)i * sides + k) * axes);
+      tt_error_of_sides(m, m->grid_pose + i * m->axes, unit, error);
+      tt_offsets(m, error, d->columns + (i * sides + k) * axes);
     }
   }
 }
@@ -55,7 +55,7 @@ int tt_deviation_slices(const tt_model* m, const tt_sensor_model* sensors) {
 
 /* The row of one of the outputs: all of the tool at each pose, then those of the table at each of its poses. */
 static const double* row_of(const tt_model* m, int output) {
-  const long n = m->order;
+  const ptrdiff_t n = m->order;
   if (output < of_tool * m->grid_poses) return m->tool_rows + output * n;
   output -= of_tool * m->grid_poses;
   if (output < of_axis * m->grid_tables)
@@ -64,22 +64,27 @@ static const double* row_of(const tt_model* m, int output) {
   return m->own_rows + (m->grid_table[output / of_own] * of_own + output % of_own) * n;
 }
 
-static void set_output(tt_deviation* d, const tt_model* m, const tt_errors* e, int columns, int output) {
-  double* to = d->outputs + (long)output * columns;
+static void set_output(tt_deviation* d, const tt_model* m, const tt_errors* e, ptrdiff_t columns, int output) {
+  double* to = d->outputs + output * columns;
   tt_zero(columns, to);
   tt_gemv_t(m->order, columns, 1.0, e->sensitivities.directions, row_of(m, output), to);
 }
 
+/* Place of a pose of the grid at an angle, among all of them. */
+static ptrdiff_t place_of(const tt_model* m, ptrdiff_t pose, int table, int angle) {
+  return (pose * m->grid_tables + table) * m->grid_angles + angle;
+}
+
 /* influence (columns) of the offset of an axis at a pose of the grid, at an angle */
-static void set_influence(tt_deviation* d, const tt_model* m, int columns, int pose, int table, int angle, int axis) {
-  const double* by =
-      d->columns + (((long)pose * m->grid_tables + table) * m->grid_angles + angle) * sides * m->linear_axes;
-  const long of_axes = (long)of_tool * m->grid_poses, of_owns = of_axes + (long)of_axis * m->grid_tables;
+static void set_influence(tt_deviation* d, const tt_model* m, ptrdiff_t columns, int pose, int table, int angle,
+                          int axis) {
+  const double* by = d->columns + place_of(m, pose, table, angle) * sides * m->linear_axes;
+  const int of_axes = of_tool * m->grid_poses, of_owns = of_axes + of_axis * m->grid_tables;
   tt_zero(columns, d->influence);
   for (int k = 0; k < sides; ++k) {
-    const long output = k < of_tool             ? (long)of_tool * pose + k
-                        : k < of_tool + of_axis ? of_axes + (long)of_axis * table + k - of_tool
-                                                : of_owns + (long)of_own * table + k - of_tool - of_axis;
+    const int output = k < of_tool             ? of_tool * pose + k
+                       : k < of_tool + of_axis ? of_axes + of_axis * table + k - of_tool
+                                               : of_owns + of_own * table + k - of_tool - of_axis;
     tt_axpy(columns, by[k * m->linear_axes + axis], d->outputs + output * columns, d->influence);
   }
 }
@@ -87,16 +92,15 @@ static void set_influence(tt_deviation* d, const tt_model* m, int columns, int p
 /* The error of one side alone, tool or table, of outputs at a pose of the grid, at an angle. */
 static void side_error(const tt_model* m, const double* outputs, int tool_side, int pose, int table, int angle,
                        double error[3]) {
-  const double *axis = outputs + (long)of_tool * m->tool_poses, *own = axis + (long)of_axis * m->table_poses;
-  const long at = ((long)pose * m->grid_tables + table) * m->grid_angles + angle;
+  const double *axis = outputs + of_tool * m->tool_poses, *own = axis + of_axis * m->table_poses;
   double side[sides] = {0};
   if (tool_side) {
-    tt_copy(of_tool, outputs + (long)of_tool * pose, side);
+    tt_copy(of_tool, outputs + of_tool * pose, side);
   } else {
-    tt_copy(of_axis, axis + (long)of_axis * m->grid_table[table], side + of_tool);
-    tt_copy(of_own, own + (long)of_own * m->grid_table[table], side + of_tool + of_axis);
+    tt_copy(of_axis, axis + of_axis * m->grid_table[table], side + of_tool);
+    tt_copy(of_own, own + of_own * m->grid_table[table], side + of_tool + of_axis);
   }
-  tt_error_of_sides(m, m->grid_pose + at * m->axes, side, error);
+  tt_error_of_sides(m, m->grid_pose + place_of(m, pose, table, angle) * m->axes, side, error);
 }
 
 /* The rest of the influence: shares of the tool side, of the table side, and the remainder, by x y z. */
@@ -117,9 +121,10 @@ static void set_output_influence(tt_deviation* d, const tt_model* m, const doubl
 /* influence^T Sigma influence, of columns and outputs */
 static double whole_variance(tt_deviation* d, const tt_errors* e, int columns) {
   const tt_sensor_model* sensors = e->sensitivities.model;
-  const int all = tt_errors_count(sensors), output = tt_errors_first_output(sensors);
+  const ptrdiff_t all = tt_errors_count(sensors);
+  const int output = tt_errors_first_output(sensors);
   for (int k = 0; k < columns + tt_outputs; ++k) {
-    const double* sigma = e->sigma + (long)(k < columns ? k : output + k - columns) * all;
+    const double* sigma = e->sigma + (k < columns ? k : output + k - columns) * all;
     d->product[k] = tt_dot(columns, sigma, d->influence) + tt_dot(tt_outputs, sigma + output, d->influence + columns);
   }
   return tt_dot(columns + tt_outputs, d->product, d->influence);
@@ -127,9 +132,9 @@ static double whole_variance(tt_deviation* d, const tt_errors* e, int columns) {
 
 static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, const double* outputs, int columns,
                       int place) {
-  const int all = tt_errors_count(e->sensitivities.model), pose = place / m->grid_tables,
-            table = place % m->grid_tables;
-  for (int axis = 0; axis < m->linear_axes; ++axis) {
+  const ptrdiff_t all = tt_errors_count(e->sensitivities.model), axes = m->linear_axes;
+  const int pose = place / m->grid_tables, table = place % m->grid_tables;
+  for (int axis = 0; axis < axes; ++axis) {
     double sum = 0.0;
     for (int angle = 0; angle < m->grid_angles; ++angle) {
       set_influence(d, m, columns, pose, table, angle, axis);
@@ -138,10 +143,10 @@ static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, co
         sum += whole_variance(d, e, columns);
         continue;
       }
-      for (int k = 0; k < columns; ++k) d->product[k] = tt_dot(columns, e->sigma + (long)k * all, d->influence);
+      for (int k = 0; k < columns; ++k) d->product[k] = tt_dot(columns, e->sigma + k * all, d->influence);
       sum += tt_dot(columns, d->product, d->influence);
     }
-    d->next[(long)place * m->linear_axes + axis] = tt_max(0.0, sum / m->grid_angles);
+    d->next[place * axes + axis] = tt_max(0.0, sum / m->grid_angles);
   }
 }
 
@@ -158,23 +163,24 @@ void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, 
 }
 
 void tt_deviation_finish(tt_deviation* d, const tt_model* m) {
-  tt_copy(places_of(m) * m->linear_axes, d->next, d->variance);
-  for (int axis = 0; axis < m->linear_axes; ++axis) {
+  const ptrdiff_t axes = m->linear_axes;
+  tt_copy(places_of(m) * axes, d->next, d->variance);
+  for (int axis = 0; axis < axes; ++axis) {
     double least = d->variance[axis];
-    for (int i = 1; i < places_of(m); ++i) least = tt_min(least, d->variance[(long)i * m->linear_axes + axis]);
+    for (int i = 1; i < places_of(m); ++i) least = tt_min(least, d->variance[i * axes + axis]);
     d->smallest[axis] = least;
   }
 }
 
 void tt_deviation_at(const tt_deviation* d, const tt_model* m, const double* pose, double* variance) {
+  const ptrdiff_t axes = m->linear_axes;
   tt_grid_weights(m, pose, d->at_poses);
   tt_grid_table_weights(m, pose, d->at_tables);
   tt_zero(m->linear_axes, variance);
   for (int i = 0; i < m->grid_poses; ++i) {
     if (d->at_poses[i] == 0.0) continue;
     for (int j = 0; j < m->grid_tables; ++j)
-      tt_axpy(m->linear_axes, d->at_poses[i] * d->at_tables[j],
-              d->variance + ((long)i * m->grid_tables + j) * m->linear_axes, variance);
+      tt_axpy(axes, d->at_poses[i] * d->at_tables[j], d->variance + (i * m->grid_tables + j) * axes, variance);
   }
   for (int axis = 0; axis < m->linear_axes; ++axis) variance[axis] = tt_max(variance[axis], d->smallest[axis]);
 }

@@ -13,11 +13,11 @@ enum { quarters = 4 };
 void tt_drift_lay(tt_drift_watch* watch, int sensors, const double* std, tt_arena* arena) {
   watch->sensors = sensors;
   watch->std = std;
-  watch->time = tt_doubles(arena, (size_t)sensors * tt_drift_samples);
-  watch->value = tt_doubles(arena, (size_t)sensors * tt_drift_samples);
-  watch->first = tt_ints(arena, (size_t)sensors);
-  watch->count = tt_ints(arena, (size_t)sensors);
-  watch->drifts = tt_ints(arena, (size_t)sensors);
+  watch->time = tt_doubles(arena, sensors * tt_drift_samples);
+  watch->value = tt_doubles(arena, sensors * tt_drift_samples);
+  watch->first = tt_ints(arena, sensors);
+  watch->count = tt_ints(arena, sensors);
+  watch->drifts = tt_ints(arena, sensors);
 }
 
 void tt_drift_start(tt_drift_watch* watch) {

@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 #include "compensation/control/linear.h"
 
@@ -16,7 +17,7 @@ static double* off_diagonal(const tt_eigen* job) { return job->work; }         /
 static double* factors(const tt_eigen* job) { return job->work + job->n; }     /* (n) of the reflections */
 static double* scratch(const tt_eigen* job) { return job->work + 2 * job->n; } /* (n) */
 static double* size(const tt_eigen* job) { return job->work + 3 * job->n; }    /* largest entry of A */
-static double* column_of(const tt_eigen* job, int j) { return job->a + (long)j * job->n; }
+static double* column_of(const tt_eigen* job, ptrdiff_t j) { return job->a + j * job->n; }
 
 int tt_eigen_work(int n) { return 3 * n + 1; }
 

@@ -28,8 +28,13 @@ int tt_errors_count(const tt_sensor_model* model) { return tt_errors_first_outpu
 
 static const tt_sensor_model* model_of(const tt_errors* e) { return e->sensitivities.model; }
 
+/* An entry of the covariance, or a column of it. */
+static double* sigma_at(const tt_errors* e, ptrdiff_t row, ptrdiff_t column) {
+  return e->sigma + row + column * tt_errors_count(model_of(e));
+}
+
 void tt_errors_lay(tt_errors* e, const tt_sensor_model* model, tt_arena* arena) {
-  const size_t all = tt_errors_count(model);
+  const ptrdiff_t all = tt_errors_count(model);
   tt_sensitivities_lay(&e->sensitivities, model, arena);
   e->theta = tt_doubles(arena, all);
   e->prior = tt_doubles(arena, all);
@@ -67,8 +72,8 @@ static void set_machine_priors(tt_errors* e, const double* ambient_gap_K) {
 
 void tt_errors_start(tt_errors* e, double uniform_K, int shapes, const double* patterns, const double* ambient_gap_K) {
   const tt_sensor_model* m = model_of(e);
-  const int all = tt_errors_count(m), start = tt_first_start(m), bias = tt_errors_first_bias(m),
-            output = tt_errors_first_output(m);
+  const ptrdiff_t all = tt_errors_count(m), start = tt_first_start(m), bias = tt_errors_first_bias(m),
+                  output = tt_errors_first_output(m);
   tt_sensitivities_start(&e->sensitivities, shapes, patterns);
   tt_zero(all, e->prior);
   tt_zero(all, e->mean);
@@ -87,7 +92,7 @@ void tt_errors_start(tt_errors* e, double uniform_K, int shapes, const double* p
   e->flags[learns] = 0;
   e->flags[shapes_count] = shapes;
   tt_copy(all, e->mean, e->theta);
-  for (int k = 0; k < all; ++k) e->sigma[k + (long)k * all] = e->prior[k] * e->prior[k];
+  for (int k = 0; k < all; ++k) *sigma_at(e, k, k) = e->prior[k] * e->prior[k];
 }
 
 void tt_errors_doubt(tt_errors* e, int sensor, double std_K) {
@@ -95,7 +100,7 @@ void tt_errors_doubt(tt_errors* e, int sensor, double std_K) {
   if (!(std_K > e->prior[k])) return;
   e->prior[k] = std_K;
   e->memory[k] = 0.0;
-  e->sigma[k + (long)k * tt_errors_count(model_of(e))] = std_K * std_K;
+  *sigma_at(e, k, k) = std_K * std_K;
 }
 
 int tt_errors_doubts(const tt_errors* e, int sensor) {
@@ -104,13 +109,13 @@ int tt_errors_doubts(const tt_errors* e, int sensor) {
 
 void tt_errors_set_untold(tt_errors* e, int drive, const double* heat, double nominal) {
   const tt_sensor_model* m = model_of(e);
-  const int k = m->quantities + drive, all = tt_errors_count(m), was_known = e->sensitivities.drive_known[drive];
+  const int k = m->quantities + drive, was_known = e->sensitivities.drive_known[drive];
   if (heat == NULL && !e->sensitivities.unrecorded[drive]) return;
   tt_sensitivities_set_heat(&e->sensitivities, drive, heat);
   if (!was_known) {
     /* Nothing of the state has come from it so far. */
     e->prior[k] = 1.0;
-    e->sigma[k + (long)k * all] = 1.0;
+    *sigma_at(e, k, k) = 1.0;
   }
   e->least[drive] = -nominal;
   /* What has come from it stays known while the drive is recorded again. */
@@ -127,9 +132,9 @@ static void fade(tt_errors* e, double duration) {
     if (e->memory[k] <= 0.0) continue;
     const double keep = tt_exp(-duration / e->memory[k]);
     e->theta[k] = e->mean[k] + keep * (e->theta[k] - e->mean[k]);
-    for (int i = 0; i < all; ++i) e->sigma[k + (long)i * all] *= keep;
-    tt_scale(all, keep, e->sigma + (long)k * all);
-    e->sigma[k + (long)k * all] += (1.0 - keep * keep) * e->prior[k] * e->prior[k];
+    for (int i = 0; i < all; ++i) *sigma_at(e, k, i) *= keep;
+    tt_scale(all, keep, sigma_at(e, 0, k));
+    *sigma_at(e, k, k) += (1.0 - keep * keep) * e->prior[k] * e->prior[k];
   }
 }
 
@@ -156,13 +161,12 @@ static void observe(tt_errors* e, double residual, double variance) {
   if (far > 1.0) variance *= far;
   const double root = sqrt(variance);
   for (int k = 0; k < all; ++k) gain[k] /= root;
-  for (int k = 0; k < all; ++k) tt_axpy(all, -gain[k], gain, e->sigma + (long)k * all);
+  for (int k = 0; k < all; ++k) tt_axpy(all, -gain[k], gain, sigma_at(e, 0, k));
   /* A heat that may change at any time follows the readings, but keeps its deviation: its past says little of it. */
   for (int i = 0; i < m->drives; ++i) {
     for (int j = 0; j < m->drives; ++j) {
       const int r = m->quantities + i, c = m->quantities + j;
-      if (e->sensitivities.unrecorded[i] && e->sensitivities.unrecorded[j])
-        e->sigma[r + (long)c * all] += gain[r] * gain[c];
+      if (e->sensitivities.unrecorded[i] && e->sensitivities.unrecorded[j]) *sigma_at(e, r, c) += gain[r] * gain[c];
     }
   }
   tt_axpy(all, residual / root, gain, e->theta);
@@ -171,9 +175,8 @@ static void observe(tt_errors* e, double residual, double variance) {
 /* What the reading of a sensor changes by for each quantity, as e->row. */
 static void set_row(tt_errors* e, const tt_innovation* innovation) {
   const tt_sensor_model* m = model_of(e);
-  const int columns = tt_columns(m), sensor = innovation->sensor;
-  const double *seen = e->sensitivities.seen + (long)sensor * columns,
-               *last = e->sensitivities.seen_last + (long)sensor * columns;
+  const ptrdiff_t columns = tt_columns(m), sensor = innovation->sensor;
+  const double *seen = e->sensitivities.seen + sensor * columns, *last = e->sensitivities.seen_last + sensor * columns;
   tt_zero(tt_errors_count(m), e->row);
   for (int k = 0; k < columns; ++k) e->row[k] = (1.0 - innovation->moment) * last[k] + innovation->moment * seen[k];
   e->row[columns + sensor] = 1.0;
@@ -202,7 +205,7 @@ void tt_errors_settle(tt_errors* e) {
   const int all = tt_errors_count(m), output = tt_errors_first_output(m);
   for (int j = 0; j < all; ++j) {
     for (int i = 0; i < j; ++i) {
-      double *upper = e->sigma + i + (long)j * all, *lower = e->sigma + j + (long)i * all;
+      double *upper = sigma_at(e, i, j), *lower = sigma_at(e, j, i);
       *upper = *lower = 0.5 * (*upper + *lower);
     }
   }
@@ -220,7 +223,7 @@ static void come_to_life(tt_errors* e) {
   const int all = tt_errors_count(m), output = tt_errors_first_output(m);
   for (int k = output; k < all; ++k) {
     e->prior[k] = k < all - 3 ? expansion_share : rest_m;
-    e->sigma[k + (long)k * all] = e->prior[k] * e->prior[k];
+    *sigma_at(e, k, k) = e->prior[k] * e->prior[k];
   }
   e->flags[learns] = 1;
 }
@@ -228,12 +231,12 @@ static void come_to_life(tt_errors* e) {
 void tt_errors_learn(tt_errors* e, const double* tool, const double* table, const double* nominal, const double* error,
                      double std_m) {
   const tt_sensor_model* m = model_of(e);
-  const int n = m->order, columns = tt_columns(m), all = tt_errors_count(m), output = tt_errors_first_output(m);
+  const ptrdiff_t n = m->order, columns = tt_columns(m), all = tt_errors_count(m), output = tt_errors_first_output(m);
   if (!e->flags[learns]) come_to_life(e);
   for (int k = 0; k < all; ++k) e->withheld[k] -= e->theta[k];
   for (int i = 0; i < 3; ++i) {
     if (!tt_is_finite(error[i])) continue;
-    const double *tool_row = tool + (long)i * n, *table_row = table + (long)i * n;
+    const double *tool_row = tool + i * n, *table_row = table + i * n;
     /* Linearised at what is known by now: products of shares and state are part of the prediction. */
     tt_copy(n, nominal, e->scratch);
     tt_gemv(n, columns, 1.0, e->sensitivities.directions, e->theta, e->scratch);
@@ -275,31 +278,31 @@ void tt_errors_correction_rate(tt_errors* e, double* rate) {
 
 void tt_errors_sensor_correction(tt_errors* e, double* correction) {
   const tt_sensor_model* m = model_of(e);
-  const int columns = tt_columns(m);
+  const ptrdiff_t columns = tt_columns(m);
   const double* now = shown(e);
   for (int s = 0; s < m->sensors; ++s)
-    correction[s] = tt_dot(columns, e->sensitivities.seen + (long)s * columns, now) + now[columns + s];
+    correction[s] = tt_dot(columns, e->sensitivities.seen + s * columns, now) + now[columns + s];
 }
 
 void tt_errors_sensor_correction_rate(const tt_errors* e, double* rate) {
   const tt_sensor_model* m = model_of(e);
-  const int columns = tt_columns(m), start = tt_first_start(m);
+  const ptrdiff_t columns = tt_columns(m), start = tt_first_start(m);
   for (int s = 0; s < m->sensors; ++s) {
-    const double* seen = e->sensitivities.seen_rate + (long)s * columns + start;
+    const double* seen = e->sensitivities.seen_rate + s * columns + start;
     rate[s] = tt_dot(tt_start_modes, seen, e->theta + start);
   }
 }
 
 void tt_errors_sensor_rate_std(tt_errors* e, double* std) {
   const tt_sensor_model* m = model_of(e);
-  const int columns = tt_columns(m), all = tt_errors_count(m);
-  for (int s = 0; s < m->sensors; ++s) {
-    const double* rate = e->sensitivities.seen_rate + (long)s * columns;
+  const ptrdiff_t columns = tt_columns(m), sensors = m->sensors;
+  for (int s = 0; s < sensors; ++s) {
+    const double* rate = e->sensitivities.seen_rate + s * columns;
     double variance = 0.0;
-    for (int k = 0; k < columns; ++k) variance += rate[k] * tt_dot(columns, e->sigma + (long)k * all, rate);
+    for (int k = 0; k < columns; ++k) variance += rate[k] * tt_dot(columns, sigma_at(e, 0, k), rate);
     variance = tt_max(variance, 0.0);
     for (int d = 0; d < m->drives; ++d) {
-      const double own = e->sensitivities.heat_seen[s + (long)d * m->sensors];
+      const double own = e->sensitivities.heat_seen[s + d * sensors];
       if (e->sensitivities.unrecorded[d]) variance += own * own;
     }
     std[s] = sqrt(variance);
@@ -318,7 +321,7 @@ int tt_errors_air_untold(const tt_errors* e) { return e->flags[air_is_untold]; }
 tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor) {
   const tt_sensor_model* m = model_of(e);
   const int k = tt_errors_first_bias(m) + sensor;
-  const double sigma = e->sigma[k + (long)k * tt_errors_count(m)], rest = 1.0 - sigma / (e->prior[k] * e->prior[k]);
+  const double sigma = *sigma_at(e, k, k), rest = 1.0 - sigma / (e->prior[k] * e->prior[k]);
   const tt_sensor_offset unknown = {0.0, HUGE_VAL};
   if (!(rest > 1e-6)) return unknown;
   const tt_sensor_offset offset = {e->theta[k] / rest, sqrt(sigma / rest)};
@@ -327,7 +330,7 @@ tt_sensor_offset tt_errors_offset(const tt_errors* e, int sensor) {
 
 tt_sensor_offset tt_errors_own_offset(const tt_errors* e, int sensor) {
   const int k = tt_errors_first_bias(model_of(e)) + sensor;
-  const double sigma = e->sigma[k + (long)k * tt_errors_count(model_of(e))];
+  const double sigma = *sigma_at(e, k, k);
   const tt_sensor_offset offset = {e->theta[k], sqrt(tt_max(0.0, sigma))};
   return offset;
 }
@@ -337,11 +340,11 @@ void tt_errors_release(tt_errors* e, int sensor) {
   const int all = tt_errors_count(m), k = tt_errors_first_bias(m) + sensor;
   const double prior = e->prior[k] * e->prior[k];
   /* Never more than a thousandfold: an offset that nothing else tells stays as it is. */
-  const double rest = tt_max(prior - e->sigma[k + (long)k * all], 1e-3 * prior), moved = e->theta[k] / rest;
+  const double rest = tt_max(prior - *sigma_at(e, k, k), 1e-3 * prior), moved = e->theta[k] / rest;
   double* column = e->gain;
-  tt_copy(all, e->sigma + (long)k * all, column);
+  tt_copy(all, sigma_at(e, 0, k), column);
   tt_axpy(all, moved, column, e->theta);
   tt_axpy(all, moved, column, e->withheld);
-  for (int j = 0; j < all; ++j) tt_axpy(all, column[j] / rest, column, e->sigma + (long)j * all);
+  for (int j = 0; j < all; ++j) tt_axpy(all, column[j] / rest, column, sigma_at(e, 0, j));
   tt_errors_settle(e);
 }

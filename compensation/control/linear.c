@@ -3,9 +3,9 @@
 
 #include <math.h>
 
-double tt_dot(int n, const double* a, const double* b) {
+double tt_dot(ptrdiff_t n, const double* a, const double* b) {
   double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
-  int i = 0;
+  ptrdiff_t i = 0;
   for (; i + 4 <= n; i += 4) {
     s0 += a[i] * b[i];
     s1 += a[i + 1] * b[i + 1];
@@ -16,72 +16,74 @@ double tt_dot(int n, const double* a, const double* b) {
   return (s0 + s1) + (s2 + s3);
 }
 
-double tt_norm(int n, const double* a) { return sqrt(tt_dot(n, a, a)); }
+double tt_norm(ptrdiff_t n, const double* a) { return sqrt(tt_dot(n, a, a)); }
 
-void tt_zero(int n, double* y) {
-  for (int i = 0; i < n; ++i) y[i] = 0.0;
+void tt_zero(ptrdiff_t n, double* y) {
+  for (ptrdiff_t i = 0; i < n; ++i) y[i] = 0.0;
 }
 
-void tt_copy(int n, const double* x, double* y) {
-  for (int i = 0; i < n; ++i) y[i] = x[i];
+void tt_copy(ptrdiff_t n, const double* x, double* y) {
+  for (ptrdiff_t i = 0; i < n; ++i) y[i] = x[i];
 }
 
-void tt_scale(int n, double factor, double* y) {
-  for (int i = 0; i < n; ++i) y[i] *= factor;
+void tt_scale(ptrdiff_t n, double factor, double* y) {
+  for (ptrdiff_t i = 0; i < n; ++i) y[i] *= factor;
 }
 
-void tt_axpy(int n, double factor, const double* restrict x, double* restrict y) {
-  for (int i = 0; i < n; ++i) y[i] += factor * x[i];
+void tt_axpy(ptrdiff_t n, double factor, const double* restrict x, double* restrict y) {
+  for (ptrdiff_t i = 0; i < n; ++i) y[i] += factor * x[i];
 }
 
-void tt_gemv(int rows, int cols, double factor, const double* restrict a, const double* restrict x,
+void tt_gemv(ptrdiff_t rows, ptrdiff_t cols, double factor, const double* restrict a, const double* restrict x,
              double* restrict y) {
-  int j = 0;
+  ptrdiff_t j = 0;
   /* Four columns a pass: y is read and written once for them. */
   for (; j + 4 <= cols; j += 4) {
-    const double *a0 = a + (long)j * rows, *a1 = a0 + rows, *a2 = a1 + rows, *a3 = a2 + rows;
+    const double *a0 = a + j * rows, *a1 = a0 + rows, *a2 = a1 + rows, *a3 = a2 + rows;
     const double x0 = factor * x[j], x1 = factor * x[j + 1], x2 = factor * x[j + 2], x3 = factor * x[j + 3];
-    for (int i = 0; i < rows; ++i) y[i] += (a0[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);
+    for (ptrdiff_t i = 0; i < rows; ++i) y[i] += (a0[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);
   }
-  for (; j < cols; ++j) tt_axpy(rows, factor * x[j], a + (long)j * rows, y);
+  for (; j < cols; ++j) tt_axpy(rows, factor * x[j], a + j * rows, y);
 }
 
-void tt_gemv_t(int rows, int cols, double factor, const double* restrict a, const double* restrict x,
+void tt_gemv_t(ptrdiff_t rows, ptrdiff_t cols, double factor, const double* restrict a, const double* restrict x,
                double* restrict y) {
-  for (int j = 0; j < cols; ++j) y[j] += factor * tt_dot(rows, a + (long)j * rows, x);
+  for (ptrdiff_t j = 0; j < cols; ++j) y[j] += factor * tt_dot(rows, a + j * rows, x);
 }
 
-void tt_gemm(int rows, int cols, int inner, double factor, const double* a, const double* b, double* c) {
-  for (int j = 0; j < cols; ++j) tt_gemv(rows, inner, factor, a, b + (long)j * inner, c + (long)j * rows);
+void tt_gemm(ptrdiff_t rows, ptrdiff_t cols, ptrdiff_t inner, double factor, const double* a, const double* b,
+             double* c) {
+  for (ptrdiff_t j = 0; j < cols; ++j) tt_gemv(rows, inner, factor, a, b + j * inner, c + j * rows);
 }
 
-void tt_gemm_tn(int rows, int cols, int inner, double factor, const double* a, const double* b, double* c) {
-  for (int j = 0; j < cols; ++j) tt_gemv_t(inner, rows, factor, a, b + (long)j * inner, c + (long)j * rows);
+void tt_gemm_tn(ptrdiff_t rows, ptrdiff_t cols, ptrdiff_t inner, double factor, const double* a, const double* b,
+                double* c) {
+  for (ptrdiff_t j = 0; j < cols; ++j) tt_gemv_t(inner, rows, factor, a, b + j * inner, c + j * rows);
 }
 
-int tt_cholesky_columns(int n, double* a, int first, int last) {
+int tt_cholesky_columns(ptrdiff_t n, double* a, int first, int last) {
   for (int j = first; j < last; ++j) {
-    double* column = a + (long)j * n;
-    for (int k = 0; k < j; ++k) {
-      const double* before = a + (long)k * n;
+    double* column = a + j * n;
+    for (ptrdiff_t k = 0; k < j; ++k) {
+      const double* before = a + k * n;
       tt_axpy(n - j, -before[j], before + j, column + j);
     }
     if (!(column[j] > 0.0)) return 1 + j;
     const double pivot = sqrt(column[j]);
     column[j] = pivot;
-    for (int i = j + 1; i < n; ++i) column[i] /= pivot;
+    for (ptrdiff_t i = j + 1; i < n; ++i) column[i] /= pivot;
   }
   return 0;
 }
 
-void tt_cholesky_solve(int n, const double* factor, double* x) {
-  for (int j = 0; j < n; ++j) {
-    const double* column = factor + (long)j * n;
+void tt_cholesky_solve(ptrdiff_t n, const double* factor, double* x) {
+  for (ptrdiff_t j = 0; j < n; ++j) {
+    const double* column = factor + j * n;
     x[j] /= column[j];
     tt_axpy(n - j - 1, -x[j], column + j + 1, x + j + 1);
   }
-  for (int j = n - 1; j >= 0; --j) {
-    const double* column = factor + (long)j * n;
+  for (ptrdiff_t j = n - 1; j >= 0; --j) {
+    const double* column = factor + j * n;
     x[j] = (x[j] - tt_dot(n - j - 1, column + j + 1, x + j + 1)) / column[j];
   }
 }
@@ -92,12 +94,12 @@ static void exchange(double* a, double* b) {
   *b = kept;
 }
 
-int tt_lu_columns(int n, double* a, int32_t* pivots, int first, int last) {
+int tt_lu_columns(ptrdiff_t n, double* a, int32_t* pivots, int first, int last) {
   for (int j = first; j < last; ++j) {
-    double* column = a + (long)j * n;
-    for (int k = 0; k < j; ++k) exchange(column + k, column + pivots[k]);
-    for (int k = 0; k < j; ++k) {
-      const double* before = a + (long)k * n;
+    double* column = a + j * n;
+    for (ptrdiff_t k = 0; k < j; ++k) exchange(column + k, column + pivots[k]);
+    for (ptrdiff_t k = 0; k < j; ++k) {
+      const double* before = a + k * n;
       tt_axpy(n - k - 1, -column[k], before + k + 1, column + k + 1);
     }
     int pivot = j;
@@ -108,18 +110,18 @@ int tt_lu_columns(int n, double* a, int32_t* pivots, int first, int last) {
     if (!(fabs(column[pivot]) > 0.0)) return 1 + j;
     if (pivot != j) {
       /* The columns before keep their rows exchanged as well: L is that of the exchanged matrix. */
-      for (int k = 0; k <= j; ++k) exchange(a + (long)k * n + j, a + (long)k * n + pivot);
+      for (ptrdiff_t k = 0; k <= j; ++k) exchange(a + k * n + j, a + k * n + pivot);
     }
-    for (int i = j + 1; i < n; ++i) column[i] /= column[j];
+    for (ptrdiff_t i = j + 1; i < n; ++i) column[i] /= column[j];
   }
   return 0;
 }
 
-void tt_lu_solve(int n, const double* factor, const int32_t* pivots, double* x) {
-  for (int j = 0; j < n; ++j) exchange(x + j, x + pivots[j]);
-  for (int j = 0; j < n; ++j) tt_axpy(n - j - 1, -x[j], factor + (long)j * n + j + 1, x + j + 1);
-  for (int j = n - 1; j >= 0; --j) {
-    const double* column = factor + (long)j * n;
+void tt_lu_solve(ptrdiff_t n, const double* factor, const int32_t* pivots, double* x) {
+  for (ptrdiff_t j = 0; j < n; ++j) exchange(x + j, x + pivots[j]);
+  for (ptrdiff_t j = 0; j < n; ++j) tt_axpy(n - j - 1, -x[j], factor + j * n + j + 1, x + j + 1);
+  for (ptrdiff_t j = n - 1; j >= 0; --j) {
+    const double* column = factor + j * n;
     x[j] /= column[j];
     tt_axpy(j, -x[j], column, x);
   }

@@ -10,7 +10,7 @@
 
 tt_mean_row tt_mean_row_in(tt_arena* arena, const tt_model* m) {
   tt_mean_row mean;
-  const size_t channels = (size_t)m->channels, axes = (size_t)m->axes;
+  const ptrdiff_t channels = m->channels, axes = m->axes;
   mean.duration = tt_doubles(arena, 1);
   mean.first = tt_doubles(arena, channels);
   mean.sum = tt_doubles(arena, channels);

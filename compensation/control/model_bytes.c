@@ -5,9 +5,10 @@
 
 /* Whole words: 15 MB in some ms. */
 uint64_t tt_model_sum(const void* bytes, size_t count) {
+  const unsigned char* from = bytes;
   uint64_t sum = UINT64_C(0xCBF29CE484222325), word;
   for (size_t i = 0; i + 8 <= count; i += 8) {
-    memcpy(&word, (const unsigned char*)bytes + i, 8);
+    memcpy(&word, from + i, 8);
     sum = (sum ^ word) * UINT64_C(0x100000001B3);
     sum ^= sum >> 29;
   }
@@ -23,11 +24,13 @@ static int read_head(const void* bytes, size_t size, tt_model_head* head) {
 
 long tt_model_texts(const void* bytes, size_t size) {
   tt_model_head head;
-  return read_head(bytes, size, &head) ? -1 : (long)head.texts;
+  if (read_head(bytes, size, &head)) return -1;
+  return head.texts;
 }
 
 typedef struct reader {
-  const unsigned char *at, *end;
+  const unsigned char* at;
+  uint64_t left; /* bytes behind it */
   int bad;
 } reader;
 
@@ -35,11 +38,12 @@ typedef struct reader {
 static const void* take(reader* r, uint64_t bytes) {
   const unsigned char* here = r->at;
   const uint64_t whole = (bytes + 7u) / 8u * 8u;
-  if (r->bad || whole < bytes || whole > (uint64_t)(r->end - r->at)) {
+  if (r->bad || whole < bytes || whole > r->left) {
     r->bad = 1;
     return NULL;
   }
   r->at += whole;
+  r->left -= whole;
   return here;
 }
 
@@ -56,7 +60,7 @@ static const void* array(reader* r, size_t each) { return take(r, count_of(r) * 
 static const char* const* texts_of(reader* r, const char*** next) {
   const char** first = *next;
   const uint64_t count = count_of(r), bytes = count_of(r);
-  const char* text = (const char*)take(r, bytes);
+  const char* text = take(r, bytes);
   for (uint64_t i = 0; i < count && !r->bad; ++i) {
     *(*next)++ = text;
     text += strlen(text) + 1;
@@ -65,34 +69,34 @@ static const char* const* texts_of(reader* r, const char*** next) {
 }
 
 int tt_model_read(const void* bytes, size_t size, const char** texts, tt_model* m) {
-  const unsigned char* start = (const unsigned char*)bytes;
+  const unsigned char* start = bytes;
   tt_model_head head;
   reader r;
   if (read_head(bytes, size, &head)) return 1;
   if (tt_model_sum(start + sizeof head, size - sizeof head) != head.sum) return 1;
   r.at = start + sizeof head;
-  r.end = start + size;
+  r.left = size - sizeof head;
   r.bad = 0;
   m->hash = head.hash;
   m->name = *texts_of(&r, &texts);
   {
-    const int32_t* from = (const int32_t*)array(&r, sizeof(int32_t));
+    const int32_t* from = array(&r, sizeof(int32_t));
     if (!from) return 1;
 #define TT_FIELD(x) m->x = *from++;
     TT_MODEL_COUNTS(TT_FIELD)
 #undef TT_FIELD
   }
   {
-    const double* from = (const double*)array(&r, sizeof(double));
+    const double* from = array(&r, sizeof(double));
     if (!from) return 1;
 #define TT_FIELD(x) m->x = *from++;
     TT_MODEL_NUMBERS(TT_FIELD)
 #undef TT_FIELD
   }
-#define TT_FIELD(x) m->x = (const double*)array(&r, sizeof(double));
+#define TT_FIELD(x) m->x = array(&r, sizeof(double));
   TT_MODEL_DOUBLES(TT_FIELD)
 #undef TT_FIELD
-#define TT_FIELD(x) m->x = (const int32_t*)array(&r, sizeof(int32_t));
+#define TT_FIELD(x) m->x = array(&r, sizeof(int32_t));
   TT_MODEL_INTS(TT_FIELD)
 #undef TT_FIELD
 #define TT_FIELD(x) m->x = texts_of(&r, &texts);

@@ -13,8 +13,7 @@ static const double rate_error_share = 0.2; /* of how fast what the start left f
 
 void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* arena) {
   const tt_sensor_model* m = model->sensors;
-  const size_t n = (size_t)m->order, sensors = (size_t)m->sensors, measured = (size_t)m->measured,
-               drives = (size_t)m->drives;
+  const ptrdiff_t n = m->order, sensors = m->sensors, measured = m->measured, drives = m->drives;
   o->model = model;
   o->past_model.sensors = m;
   o->past_model.heats = model->heats;
@@ -38,8 +37,8 @@ void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* a
   o->way = tt_doubles(arena, drives);
   o->unrecorded = tt_ints(arena, drives);
   o->scratch = tt_doubles(arena, 2 * sensors);
-  o->gap = tt_doubles(arena, (size_t)model->ambients);
-  o->row = tt_doubles(arena, (size_t)model->readings->channels);
+  o->gap = tt_doubles(arena, model->ambients);
+  o->row = tt_doubles(arena, model->readings->channels);
   o->numbers = tt_doubles(arena, tt_observer_numbers);
   o->flags = tt_ints(arena, tt_observer_flags);
 }
@@ -143,8 +142,8 @@ void tt_observer_add_row(tt_observer* o, double duration) {
 }
 
 void tt_observer_add_drive(tt_observer* o, int drive, double duration, const double* heat, double speed) {
-  const int n = o->model->sensors->order;
-  double* energy = o->energy + (long)drive * n;
+  const ptrdiff_t n = o->model->sensors->order;
+  double* energy = o->energy + drive * n;
   if (!o->unrecorded[drive]) {
     tt_zero(n, energy);
     o->way[drive] = 0.0;
@@ -163,11 +162,12 @@ int tt_observer_due(const tt_observer* o, const tt_moment* now) {
 
 static void set_untold(tt_observer* o) {
   const tt_sensor_model* m = o->model->sensors;
+  const ptrdiff_t n = m->order;
   for (int d = 0; d < m->drives; ++d) {
-    double* energy = o->energy + (long)d * m->order;
+    double* energy = o->energy + d * n;
     if (o->unrecorded[d]) {
       /* Set to a mean in place: the next row begins anew. */
-      for (int i = 0; i < m->order; ++i) energy[i] /= o->numbers[drives_s];
+      for (int i = 0; i < n; ++i) energy[i] /= o->numbers[drives_s];
       tt_errors_set_untold(&o->errors, d, energy, o->way[d] / o->numbers[drives_s]);
     } else {
       tt_errors_set_untold(&o->errors, d, NULL, 0.0);

@@ -12,11 +12,12 @@
 int tt_output_count(const tt_model* m) { return 6 * m->tool_poses + 13 * m->table_poses; }
 
 void tt_project(const tt_model* m, int first, int last, const double* x, const double* d, double* y, double* z) {
-  const int of_tool = 6 * m->tool_poses, of_axis = of_tool + 6 * m->table_poses, n = m->order;
+  const int of_tool = 6 * m->tool_poses, of_axis = of_tool + 6 * m->table_poses;
+  const ptrdiff_t n = m->order;
   for (int i = first; i < last; ++i) {
-    const double* row = i < of_tool   ? m->tool_rows + (long)i * n
-                        : i < of_axis ? m->axis_rows + (long)(i - of_tool) * n
-                                      : m->own_rows + (long)(i - of_axis) * n;
+    const double* row = i < of_tool   ? m->tool_rows + i * n
+                        : i < of_axis ? m->axis_rows + (i - of_tool) * n
+                                      : m->own_rows + (i - of_axis) * n;
     y[i] = tt_dot(n, row, x);
     z[i] = tt_dot(n, row, d);
   }

@@ -19,12 +19,12 @@ enum { of_tool = 6, of_axis = 6, of_own = 7, sides = of_tool + of_axis + of_own 
  * outputs is `first` of the sides. */
 static void add_rows(const tt_model* m, const double unit[3 * sides], const double* weights, int poses,
                      const double* rows, int first, int count, double* to) {
-  for (int i = 0; i < poses; ++i) {
+  const ptrdiff_t n = m->order;
+  for (ptrdiff_t i = 0; i < poses; ++i) {
     if (weights[i] == 0.0) continue;
     for (int k = 0; k < count; ++k) {
       for (int c = 0; c < 3; ++c)
-        tt_axpy(m->order, weights[i] * unit[3 * (first + k) + c], rows + ((long)i * count + k) * m->order,
-                to + (long)c * m->order);
+        tt_axpy(n, weights[i] * unit[3 * (first + k) + c], rows + (i * count + k) * n, to + c * n);
     }
   }
 }
@@ -37,7 +37,7 @@ static void set_rows(const tt_twin* t, const double* pose, double* tool, double*
   for (int k = 0; k < sides; ++k) {
     double one[sides] = {0};
     one[k] = 1.0;
-    tt_error_of_sides(m, pose, one, unit + 3 * (long)k);
+    tt_error_of_sides(m, pose, one, unit + 3 * k);
   }
   tt_tool_weights(m, pose, at_tool);
   tt_table_weights(m, pose, at_table);
@@ -50,7 +50,8 @@ static void set_rows(const tt_twin* t, const double* pose, double* tool, double*
 
 int tt_twin_probe(tt_twin* t, const double* pose, const double error[3], double std_m) {
   const tt_model* m = t->model;
-  double *tool = t->pose_rows, *table = tool + 3 * (long)m->order, *state = table + 3 * (long)m->order;
+  const ptrdiff_t n = m->order;
+  double *tool = t->pose_rows, *table = tool + 3 * n, *state = table + 3 * n;
   int values = 0;
   for (int i = 0; i < 3; ++i) values += tt_is_finite(error[i]);
   if (!m->observer || !t->now->started || t->now->job == TT_JOB_START || values == 0) return 0;
@@ -60,8 +61,8 @@ int tt_twin_probe(tt_twin* t, const double* pose, const double error[3], double 
     tt_finish_job(t);
   }
   set_rows(t, pose, tool, table);
-  tt_copy(m->order, t->state, state);
-  tt_axpy(m->order, tt_share_ahead(t), t->change, state);
+  tt_copy(n, t->state, state);
+  tt_axpy(n, tt_share_ahead(t), t->change, state);
   const tt_moment now = tt_moment_of(t);
   tt_observer_learn(&t->observer, &now, tool, table, state, error,
                     sqrt(std_m * std_m + m->model_error * m->model_error));

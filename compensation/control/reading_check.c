@@ -20,10 +20,10 @@ const char* tt_sensor_fault_text(int fault) {
 
 void tt_reading_check_lay(tt_reading_check* check, const tt_reading_model* model, tt_arena* arena) {
   check->model = model;
-  check->sensor_fault = tt_ints(arena, (size_t)model->sensors);
-  check->fahrenheit_like = tt_ints(arena, (size_t)model->sensors);
+  check->sensor_fault = tt_ints(arena, model->sensors);
+  check->fahrenheit_like = tt_ints(arena, model->sensors);
   check->flags = tt_ints(arena, flag_count);
-  check->around = tt_doubles(arena, (size_t)model->ambients);
+  check->around = tt_doubles(arena, model->ambients);
 }
 
 static int outside(const tt_reading_model* m, double value_C) { return !(value_C >= m->low_C && value_C <= m->high_C); }

@@ -70,7 +70,8 @@ static double exp_of(double hi, double lo) {
   double sum = 1.0 / 87178291200.0;
   for (int i = 0; i < 12; ++i) sum = sum * r + inverse[i];
   const double value = 1.0 + (r + r * r * sum);
-  return value * of_bits((uint64_t)(1023 + (int64_t)k) << 52);
+  const uint64_t exponent = 1023 + (int64_t)k;
+  return value * of_bits(exponent << 52);
 }
 
 double tt_exp(double x) { return exp_of(x, 0.0); }
@@ -78,7 +79,7 @@ double tt_exp(double x) { return exp_of(x, 0.0); }
 /* ln x = 2 artanh(s) + k ln 2,   s = (m - 1) / (m + 1),   x = m 2^k,   m from sqrt(1/2) to sqrt(2) */
 static pair log_of(double x) {
   uint64_t bits = bits_of(x);
-  double k = (double)((int64_t)(bits >> 52) - 1023);
+  double k = (int)(bits >> 52) - 1023;
   double m = of_bits((bits & UINT64_C(0x000FFFFFFFFFFFFF)) | UINT64_C(0x3FF0000000000000));
   if (m > 1.4142135623730951) {
     m *= 0.5;

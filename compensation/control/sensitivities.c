@@ -23,7 +23,7 @@ static int largest_rank(const tt_sensor_model* m) {
 }
 
 void tt_sensitivities_lay(tt_sensitivities* s, const tt_sensor_model* model, tt_arena* arena) {
-  const size_t n = model->order, columns = tt_columns(model), sensors = model->sensors;
+  const ptrdiff_t n = model->order, columns = tt_columns(model), sensors = model->sensors;
   s->model = model;
   s->directions = tt_doubles(arena, n * columns);
   s->next = tt_doubles(arena, n * columns);
@@ -48,18 +48,18 @@ void tt_sensitivities_lay(tt_sensitivities* s, const tt_sensor_model* model, tt_
 }
 
 /* (columns x sensors) H times (order x columns), one column. */
-static void see(const tt_sensor_model* m, const double* directions, int column, double* seen) {
-  const double* own = directions + (long)column * m->order;
-  for (int i = 0; i < m->sensors; ++i)
-    seen[(long)i * tt_columns(m) + column] = tt_dot(m->order, m->sensor_rows + (long)i * m->order, own);
+static void see(const tt_sensor_model* m, const double* directions, ptrdiff_t column, double* seen) {
+  const double* own = directions + column * m->order;
+  for (ptrdiff_t i = 0; i < m->sensors; ++i)
+    seen[i * tt_columns(m) + column] = tt_dot(m->order, m->sensor_rows + i * m->order, own);
 }
 
 void tt_sensitivities_start(tt_sensitivities* s, int shapes, const double* patterns) {
   const tt_sensor_model* m = s->model;
-  const int n = m->order, columns = tt_columns(m), first = tt_first_start(m);
+  const ptrdiff_t n = m->order, columns = tt_columns(m), first = tt_first_start(m);
   tt_zero(n * columns, s->directions);
-  tt_copy(n, m->one_kelvin, s->directions + (long)first * n);
-  tt_copy(n * shapes, patterns, s->directions + (long)(first + 1) * n);
+  tt_copy(n, m->one_kelvin, s->directions + first * n);
+  tt_copy(n * shapes, patterns, s->directions + (first + 1) * n);
   for (int k = 0; k < columns; ++k) see(m, s->directions, k, s->seen);
   tt_copy(columns * m->sensors, s->seen, s->seen_last);
   tt_zero(n * tt_start_modes, s->start_rate);
@@ -70,20 +70,21 @@ void tt_sensitivities_start(tt_sensitivities* s, int shapes, const double* patte
 
 void tt_sensitivities_set_heat(tt_sensitivities* s, int drive, const double* heat) {
   const tt_sensor_model* m = s->model;
+  const ptrdiff_t n = m->order, sensors = m->sensors;
   s->unrecorded[drive] = heat != NULL;
   if (heat == NULL) return;
   s->drive_known[drive] = 1;
-  tt_copy(m->order, heat, s->heat + (long)drive * m->order);
-  double* seen = s->heat_seen + (long)drive * m->sensors;
-  tt_zero(m->sensors, seen);
-  tt_gemv_t(m->order, m->sensors, 1.0, m->sensor_rows, heat, seen);
+  tt_copy(n, heat, s->heat + drive * n);
+  double* seen = s->heat_seen + drive * sensors;
+  tt_zero(sensors, seen);
+  tt_gemv_t(n, sensors, 1.0, m->sensor_rows, heat, seen);
 }
 
 /* The matrix 1 + h A, in place of the factor; the slices factorise it. */
 static void set_matrix(tt_sensitivities* s, double duration, const double* operator_matrix) {
-  const int n = s->model->order;
-  for (int i = 0; i < n * n; ++i) s->factor[i] = duration * operator_matrix[i];
-  for (int i = 0; i < n; ++i) s->factor[i + (long)i * n] += 1.0;
+  const ptrdiff_t n = s->model->order;
+  for (ptrdiff_t i = 0; i < n * n; ++i) s->factor[i] = duration * operator_matrix[i];
+  for (ptrdiff_t i = 0; i < n; ++i) s->factor[i + i * n] += 1.0;
 }
 
 static int same(int n, const double* a, const double* b) {
@@ -122,8 +123,8 @@ void tt_sensitivities_set_operator(tt_sensitivities* s, const double* operator_m
 
 void tt_sensitivities_begin_foresight(tt_sensitivities* s, double duration, const double* operator_matrix) {
   const tt_sensor_model* m = s->model;
-  const long first = (long)tt_first_start(m) * m->order;
-  tt_copy(m->order * tt_start_modes, s->directions + first, s->next + first);
+  const ptrdiff_t n = m->order, first = tt_first_start(m) * n;
+  tt_copy(n * tt_start_modes, s->directions + first, s->next + first);
   set_matrix(s, duration, operator_matrix);
   s->numbers[job_duration] = duration;
   s->numbers[factor_duration] = 0.0;
@@ -142,22 +143,23 @@ int tt_sensitivities_slices(const tt_sensor_model* m) {
   return (m->order + each - 1) / each + (terms + 1 + each - 1) / each + (tt_columns(m) + each - 1) / each;
 }
 
-static void add_input(tt_sensitivities* s, int input, double amount, double* column) {
+static void add_input(tt_sensitivities* s, ptrdiff_t input, double amount, double* column) {
   const tt_sensor_model* m = s->model;
-  if (amount != 0.0) tt_axpy(m->order, amount, m->input_columns + (long)input * m->order, column);
+  if (amount != 0.0) tt_axpy(m->order, amount, m->input_columns + input * m->order, column);
 }
 
 /* column += h d(rate)/dtheta of one term: -p K x, and what the term's own inputs bring. */
 static void add_term(tt_sensitivities* s, int term, double* column) {
   const tt_sensor_model* m = s->model;
-  const int first = m->term_first[term], rank = m->term_first[term + 1] - first, right = m->term_right_first[term];
+  const ptrdiff_t n = m->order, first = m->term_first[term], rank = m->term_first[term + 1] - first,
+                  right = m->term_right_first[term];
   const double h = s->numbers[job_duration], p = s->p[term];
   if (p == 0.0) return;
-  const double* left = m->term_left + (long)first * m->order;
+  const double* left = m->term_left + first * n;
   tt_zero(rank, s->scratch);
-  tt_gemv_t(m->order, rank, 1.0, right < 0 ? left : m->term_right + (long)right * m->order, s->state, s->scratch);
+  tt_gemv_t(n, rank, 1.0, right < 0 ? left : m->term_right + right * n, s->state, s->scratch);
   for (int c = 0; c < rank; ++c) s->scratch[c] *= m->term_weight[first + c];
-  tt_gemv(m->order, rank, -h * p, left, s->scratch, column);
+  tt_gemv(n, rank, -h * p, left, s->scratch, column);
   for (int input = 0; input < m->inputs; ++input) {
     if (m->input_term[input] == term) add_input(s, input, h * s->q[input], column);
   }
@@ -166,17 +168,17 @@ static void add_term(tt_sensitivities* s, int term, double* column) {
 /* What scales with no term: sources, surroundings, drives. */
 static void add_heats(tt_sensitivities* s) {
   const tt_sensor_model* m = s->model;
+  const ptrdiff_t n = m->order;
   const double h = s->numbers[job_duration];
   for (int k = 0; k < m->quantities; ++k) {
-    double* column = s->next + (long)k * m->order;
+    double* column = s->next + k * n;
     for (int i = m->quantity_input_first[k]; i < m->quantity_input_first[k + 1]; ++i)
       add_input(s, m->quantity_input[i], h * s->q[m->quantity_input[i]], column);
     for (int i = m->quantity_warm_first[k]; i < m->quantity_warm_first[k + 1]; ++i)
       add_input(s, m->quantity_warm[i], h * s->p[m->input_term[m->quantity_warm[i]]], column);
   }
   for (int d = 0; d < m->drives; ++d) {
-    const long at = (long)d * m->order;
-    if (s->unrecorded[d]) tt_axpy(m->order, h, s->heat + at, s->next + (long)m->quantities * m->order + at);
+    if (s->unrecorded[d]) tt_axpy(n, h, s->heat + d * n, s->next + (m->quantities + d) * n);
   }
 }
 
@@ -194,6 +196,7 @@ static int factorise(tt_sensitivities* s, int items) {
 
 static int add_rates(tt_sensitivities* s, int items) {
   const tt_sensor_model* m = s->model;
+  const ptrdiff_t n = m->order;
   const int terms = m->quantity_term_first[m->quantities];
   int *item = &s->progress[at_item], *quantity = &s->progress[at_quantity];
   for (; items > 0; --items, ++*item) {
@@ -202,17 +205,17 @@ static int add_rates(tt_sensitivities* s, int items) {
       return 1;
     }
     while (*item >= m->quantity_term_first[*quantity + 1]) ++*quantity;
-    add_term(s, m->quantity_term[*item], s->next + (long)*quantity * m->order);
+    add_term(s, m->quantity_term[*item], s->next + *quantity * n);
   }
   return 0;
 }
 
 static int solve(tt_sensitivities* s, int items) {
   const tt_sensor_model* m = s->model;
-  const int columns = tt_columns(m);
+  const ptrdiff_t n = m->order, columns = tt_columns(m);
   int* column = &s->progress[at_item];
   for (; items > 0 && *column < columns; --items, ++*column) {
-    tt_lu_solve(m->order, s->factor, s->pivots, s->next + (long)*column * m->order);
+    tt_lu_solve(n, s->factor, s->pivots, s->next + *column * n);
     see(m, s->next, *column, s->seen_next);
   }
   return *column == columns;
@@ -239,22 +242,18 @@ double tt_sensitivities_duration(const tt_sensitivities* s) { return s->numbers[
 
 static void finish_foresight(tt_sensitivities* s, double h) {
   const tt_sensor_model* m = s->model;
-  const long columns = tt_columns(m), start = tt_first_start(m), first = start * m->order;
-  for (int i = 0; i < m->order * tt_start_modes; ++i)
+  const ptrdiff_t n = m->order, columns = tt_columns(m), start = tt_first_start(m), first = start * n;
+  for (ptrdiff_t i = 0; i < n * tt_start_modes; ++i)
     s->start_rate[i] = (s->next[first + i] - s->directions[first + i]) / h;
   for (int sensor = 0; sensor < m->sensors; ++sensor) {
-    for (long k = start; k < columns; ++k) {
-      const long at = sensor * columns + k;
-      s->seen_rate[at] =
-          tt_dot(m->order, m->sensor_rows + (long)sensor * m->order, s->start_rate + (k - start) * m->order);
-    }
+    for (ptrdiff_t k = start; k < columns; ++k)
+      s->seen_rate[sensor * columns + k] = tt_dot(n, m->sensor_rows + sensor * n, s->start_rate + (k - start) * n);
   }
 }
 
 void tt_sensitivities_finish(tt_sensitivities* s) {
   const tt_sensor_model* m = s->model;
-  const int columns = tt_columns(m), n = m->order;
-  const long first = (long)tt_first_start(m) * n;
+  const ptrdiff_t columns = tt_columns(m), n = m->order, first = tt_first_start(m) * n;
   const double h = s->numbers[job_duration];
   if (s->progress[at_stage] != stage_done) return;
   s->progress[at_stage] = stage_idle;
@@ -262,9 +261,10 @@ void tt_sensitivities_finish(tt_sensitivities* s) {
     finish_foresight(s, h);
     return;
   }
-  for (int i = 0; i < n * tt_start_modes; ++i) s->start_rate[i] = s->next[first + i] / h - s->directions[first + i] / h;
+  for (ptrdiff_t i = 0; i < n * tt_start_modes; ++i)
+    s->start_rate[i] = s->next[first + i] / h - s->directions[first + i] / h;
   tt_copy(n * columns, s->next, s->directions);
   tt_copy(columns * m->sensors, s->seen, s->seen_last);
   tt_copy(columns * m->sensors, s->seen_next, s->seen);
-  for (int i = 0; i < columns * m->sensors; ++i) s->seen_rate[i] = (s->seen[i] - s->seen_last[i]) / h;
+  for (ptrdiff_t i = 0; i < columns * m->sensors; ++i) s->seen_rate[i] = (s->seen[i] - s->seen_last[i]) / h;
 }

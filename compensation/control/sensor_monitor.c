@@ -38,12 +38,12 @@ typedef struct judged {
 void tt_monitor_lay(tt_monitor* monitor, int sensors, const double* std, tt_arena* arena) {
   monitor->sensors = sensors;
   monitor->std = std;
-  monitor->scratch = tt_doubles(arena, (size_t)sensors);
-  monitor->watched = (tt_watched*)(void*)tt_doubles(arena, (size_t)sensors * sizeof(tt_watched) / sizeof(double));
+  monitor->scratch = tt_doubles(arena, sensors);
+  monitor->watched = tt_bytes(arena, sensors * sizeof(tt_watched));
 }
 
 void tt_monitor_start(tt_monitor* monitor) {
-  memset(monitor->watched, 0, (size_t)monitor->sensors * sizeof(tt_watched));
+  memset(monitor->watched, 0, monitor->sensors * sizeof(tt_watched));
   for (int s = 0; s < monitor->sensors; ++s) {
     monitor->watched[s].trusted = 1;
     monitor->watched[s].leapt_at = monitor->watched[s].agreed_since = -1.0;

@@ -9,7 +9,7 @@
 static const double named_stated = 6.0, named_own = 5.0, unnamed = 3.0, least_stated_K = 0.03;
 
 void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* std, tt_arena* arena) {
-  const size_t sensors = (size_t)model->sensors;
+  const ptrdiff_t sensors = model->sensors;
   tt_reading_check_lay(&trust->check, model, arena);
   tt_monitor_lay(&trust->monitor, model->sensors, std, arena);
   tt_drift_lay(&trust->drift, model->sensors, std, arena);

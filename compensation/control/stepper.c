@@ -29,11 +29,12 @@ static int symmetric_count(const tt_model* m) {
 
 tt_work tt_work_in(tt_arena* arena, const tt_model* m) {
   tt_work w = {0};
-  const size_t n = (size_t)m->order, outputs = (size_t)tt_output_count(m), triangle = (size_t)triangle_size(m->order);
-  w.triangles = tt_floats(arena, triangle * (size_t)symmetric_count(m));
+  const ptrdiff_t n = m->order, outputs = tt_output_count(m), triangle = triangle_size(m->order),
+                  symmetric = symmetric_count(m);
+  w.triangles = tt_floats(arena, triangle * symmetric);
   w.triangle = tt_doubles(arena, triangle);
   w.matrix = tt_doubles(arena, n * n);
-  w.factor_p = tt_doubles(arena, (size_t)m->terms);
+  w.factor_p = tt_doubles(arena, m->terms);
   w.stage = tt_doubles(arena, n);
   w.right = tt_doubles(arena, n);
   w.heat = tt_doubles(arena, n);
@@ -41,28 +42,28 @@ tt_work tt_work_in(tt_arena* arena, const tt_model* m) {
   w.corrected = tt_doubles(arena, n);
   w.corrected_change = tt_doubles(arena, n);
   w.operator_matrix = tt_doubles(arena, m->observer ? n * n : 0);
-  w.next_sensors = tt_doubles(arena, (size_t)m->readings);
+  w.next_sensors = tt_doubles(arena, m->readings);
   w.next_base = tt_doubles(arena, outputs);
   w.next_slope = tt_doubles(arena, outputs);
-  w.scratch = tt_doubles(arena, (size_t)(m->tool_poses + m->table_poses));
-  w.symmetric = tt_ints(arena, (size_t)symmetric_count(m));
+  w.scratch = tt_doubles(arena, m->tool_poses + m->table_poses);
+  w.symmetric = tt_ints(arena, symmetric);
   w.pivots = tt_ints(arena, n);
   w.lu_first = tt_ints(arena, n + 1);
   return w;
 }
 
 /* triangle += factor u u^T */
-static void add_square(int n, double factor, const double* u, double* triangle) {
+static void add_square(ptrdiff_t n, double factor, const double* u, double* triangle) {
   for (int j = 0; j < n; ++j) {
     tt_axpy(n - j, factor * u[j], u + j, triangle);
     triangle += n - j;
   }
 }
 
-static int is_symmetric(int n, const double* a) {
+static int is_symmetric(ptrdiff_t n, const double* a) {
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < j; ++i) {
-      if (a[i + (long)j * n] != a[j + (long)i * n]) return 0;
+      if (a[i + j * n] != a[j + i * n]) return 0;
     }
   }
   return 1;
@@ -70,11 +71,12 @@ static int is_symmetric(int n, const double* a) {
 
 /* Columns of the factor a slice: column j costs about j n - j^2 / 2. */
 static void plan_factor(int n, tt_work* w) {
+  const double rows = n;
   double work = 0.0;
   w->lu_slices = 0;
   w->lu_first[0] = 0;
   for (int j = 0; j < n; ++j) {
-    work += j * (double)n - 0.5 * j * (double)j + n;
+    work += j * rows - 0.5 * j * j + rows;
     if (work < slice_work && j + 1 < n) continue;
     w->lu_first[++w->lu_slices] = j + 1;
     work = 0.0;
@@ -99,71 +101,73 @@ static int rows_a_slice(int n) {
 static int parts(int count, int size) { return (count + size - 1) / size; }
 
 void tt_work_prepare(const tt_model* m, tt_work* w) {
-  const int n = m->order, triangle = triangle_size(n);
+  const ptrdiff_t n = m->order, triangle = triangle_size(m->order);
   w->symmetric_terms = 0;
   for (int t = 0; t < m->terms; ++t) {
     if (m->term_right_first[t] >= 0) continue;
-    float* own = w->triangles + (long)w->symmetric_terms * triangle;
+    float* own = w->triangles + w->symmetric_terms * triangle;
     tt_zero(triangle, w->triangle);
     for (int c = m->term_first[t]; c < m->term_first[t + 1]; ++c)
-      add_square(n, m->term_weight[c], m->term_left + (long)c * n, w->triangle);
+      add_square(n, m->term_weight[c], m->term_left + c * n, w->triangle);
     for (int i = 0; i < triangle; ++i) own[i] = (float)w->triangle[i];
     w->symmetric[w->symmetric_terms++] = t;
   }
   w->constant_symmetric = is_symmetric(n, m->conduction);
-  plan_factor(n, w);
-  w->sum_slices = w->symmetric_terms > 0 ? parts(w->symmetric_terms, terms_a_slice(n)) : 1;
-  w->flow_slices = parts(right_columns(m), flows_a_slice(n));
-  w->project_slices = parts(tt_output_count(m), rows_a_slice(n));
+  plan_factor(m->order, w);
+  w->sum_slices = w->symmetric_terms > 0 ? parts(w->symmetric_terms, terms_a_slice(m->order)) : 1;
+  w->flow_slices = parts(right_columns(m), flows_a_slice(m->order));
+  w->project_slices = parts(tt_output_count(m), rows_a_slice(m->order));
   w->factor_step = 0.0;
 }
 
 int tt_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices + w->lu_slices + 3 + w->project_slices; }
 
-static void add_term(int size, double amount, const float* restrict term, double* restrict triangle) {
-  for (int i = 0; i < size; ++i) triangle[i] += amount * (double)term[i];
+static void add_term(ptrdiff_t size, double amount, const float* restrict term, double* restrict triangle) {
+  for (ptrdiff_t i = 0; i < size; ++i) triangle[i] += amount * term[i];
 }
 
 static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice) {
-  const int n = m->order, size = triangle_size(n), each = terms_a_slice(n);
+  const ptrdiff_t n = m->order, size = triangle_size(m->order);
+  const int each = terms_a_slice(m->order);
   if (slice == 0) {
     double* to = w->triangle;
-    for (int j = 0; j < n; ++j, to += n - j + 1) tt_copy(n - j, m->conduction + (long)j * n + j, to);
+    for (int j = 0; j < n; ++j, to += n - j + 1) tt_copy(n - j, m->conduction + j * n + j, to);
   }
   for (int k = slice * each; k < (slice + 1) * each && k < w->symmetric_terms; ++k) {
     const double amount = p[w->symmetric[k]];
-    if (amount != 0.0) add_term(size, amount, w->triangles + (long)k * size, w->triangle);
+    if (amount != 0.0) add_term(size, amount, w->triangles + k * size, w->triangle);
   }
 }
 
 /* matrix = diagonal + scale times the sum of the terms so far */
 static void build_matrix(const tt_model* m, const tt_work* w, double diagonal, double scale, double* matrix) {
-  const int n = m->order;
+  const ptrdiff_t n = m->order;
   const double* from = w->triangle;
   for (int j = 0; j < n; ++j) {
-    double* column = matrix + (long)j * n;
+    double* column = matrix + j * n;
     for (int i = j; i < n; ++i) column[i] = scale * *from++;
     column[j] += diagonal;
   }
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < j; ++i) {
       const double* k = m->conduction;
-      const double beside = w->constant_symmetric ? 0.0 : k[i + (long)j * n] - k[j + (long)i * n];
-      matrix[i + (long)j * n] = matrix[j + (long)i * n] + scale * beside;
+      const double beside = w->constant_symmetric ? 0.0 : k[i + j * n] - k[j + i * n];
+      matrix[i + j * n] = matrix[j + i * n] + scale * beside;
     }
   }
 }
 
 static void add_flows(const tt_model* m, double scale, const double* p, int slice, double* matrix) {
-  const int n = m->order, each = flows_a_slice(n), first = slice * each, last = first + each;
+  const ptrdiff_t n = m->order;
+  const int each = flows_a_slice(m->order), first = slice * each, last = first + each;
   int column = 0;
   for (int t = 0; t < m->terms; ++t) {
     if (m->term_right_first[t] < 0) continue;
     for (int c = 0; c < columns_of(m, t); ++c, ++column) {
       if (column < first || column >= last || p[t] == 0.0) continue;
-      const double *u = m->term_left + (long)(m->term_first[t] + c) * n,
-                   *v = m->term_right + (long)(m->term_right_first[t] + c) * n;
-      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, matrix + (long)j * n);
+      const double *u = m->term_left + (m->term_first[t] + c) * n,
+                   *v = m->term_right + (m->term_right_first[t] + c) * n;
+      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, matrix + j * n);
     }
   }
 }
@@ -266,25 +270,25 @@ void tt_project_slice(const tt_model* m, tt_work* w, const double* state, const 
 }
 
 void tt_apply_operator(const tt_model* m, double factor, const double* p, const double* x, double* y) {
-  const int n = m->order;
+  const ptrdiff_t n = m->order;
   tt_gemv(n, n, factor, m->conduction, x, y);
   for (int t = 0; t < m->terms; ++t) {
     if (p[t] == 0.0) continue;
     for (int c = 0; c < columns_of(m, t); ++c) {
       const int column = m->term_first[t] + c, right = m->term_right_first[t];
-      const double* u = m->term_left + (long)column * n;
-      const double* v = right < 0 ? u : m->term_right + (long)(right + c) * n;
+      const double* u = m->term_left + column * n;
+      const double* v = right < 0 ? u : m->term_right + (right + c) * n;
       tt_axpy(n, factor * p[t] * m->term_weight[column] * tt_dot(n, v, x), u, y);
     }
   }
 }
 
 void tt_add_term(const tt_model* m, int term, double factor, double* matrix) {
-  const int n = m->order;
+  const ptrdiff_t n = m->order;
   for (int c = 0; c < columns_of(m, term); ++c) {
     const int column = m->term_first[term] + c, right = m->term_right_first[term];
-    const double* u = m->term_left + (long)column * n;
-    const double* v = right < 0 ? u : m->term_right + (long)(right + c) * n;
-    for (int j = 0; j < n; ++j) tt_axpy(n, factor * m->term_weight[column] * v[j], u, matrix + (long)j * n);
+    const double* u = m->term_left + column * n;
+    const double* v = right < 0 ? u : m->term_right + (right + c) * n;
+    for (int j = 0; j < n; ++j) tt_axpy(n, factor * m->term_weight[column] * v[j], u, matrix + j * n);
   }
 }

@@ -24,10 +24,9 @@ static const double probed_error_share = 0.01; /* the same once probing has esti
 
 static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
   const tt_model* m = t->model;
-  const size_t channels = (size_t)m->channels, order = (size_t)m->order, linear = (size_t)m->linear_axes,
-               readings = (size_t)m->readings, outputs = (size_t)tt_output_count(m), terms = (size_t)m->terms,
-               inputs = (size_t)m->inputs;
-  t->now = (tt_numbers*)tt_doubles(state, (sizeof(tt_numbers) + 7) / 8);
+  const ptrdiff_t channels = m->channels, order = m->order, linear = m->linear_axes, readings = m->readings,
+                  outputs = tt_output_count(m), terms = m->terms, inputs = m->inputs;
+  t->now = tt_bytes(state, sizeof(tt_numbers));
   double** const of_channels[] = {&t->row, &t->given_at};
   double** const of_states[] = {&t->state, &t->before, &t->change, &t->interval_state};
   double** const of_offsets[] = {&t->wanted_um, &t->offset_um, &t->std_um, &t->last_um};
@@ -44,7 +43,7 @@ static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
   t->sensors_change = tt_doubles(state, readings);
   t->base = tt_doubles(state, outputs);
   t->slope = tt_doubles(state, outputs);
-  t->pose = tt_doubles(state, (size_t)m->axes);
+  t->pose = tt_doubles(state, m->axes);
   t->interval_p = tt_doubles(state, terms);
   t->interval_q = tt_doubles(state, inputs);
   t->work = tt_work_in(work, m);
@@ -52,9 +51,9 @@ static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
   t->given = tt_doubles(work, channels);
   t->row_before = tt_doubles(work, channels);
   t->readings = tt_doubles(work, readings);
-  t->guide = tt_doubles(work, (size_t)m->coolants);
+  t->guide = tt_doubles(work, m->coolants);
   t->occupancy = tt_doubles(work, terms);
-  t->offset = tt_doubles(work, linear + (size_t)m->axes);
+  t->offset = tt_doubles(work, linear + m->axes);
   t->off_row = tt_doubles(work, channels);
   t->pose_rows = tt_doubles(work, 7 * order);
   tt_lay_jobs(t, state, work);
@@ -72,10 +71,10 @@ size_t tt_twin_state_bytes(const tt_model* m) { return counted(m, 1).used; }
 size_t tt_twin_work_bytes(const tt_model* m) { return counted(m, 0).used; }
 
 void tt_twin_begin(tt_twin* t, const tt_model* m, void* state, void* work) {
-  tt_arena of_state = {(unsigned char*)state, 0}, of_work = {(unsigned char*)work, 0};
+  tt_arena of_state = {state, 0}, of_work = {work, 0};
   t->model = m;
   lay_out(t, &of_state, &of_work);
-  t->block = (unsigned char*)state;
+  t->block = state;
   t->block_bytes = of_state.used;
   tt_copy(m->channels, m->channel_default, t->row);
   for (int k = 0; k < m->channels; ++k) t->given_at[k] = never;
@@ -362,21 +361,22 @@ static uint64_t sum_of(const unsigned char* bytes, size_t count) {
 size_t tt_twin_saved_bytes(const tt_model* m) { return sizeof(head) + tt_twin_state_bytes(m); }
 
 void tt_twin_save(const tt_twin* t, void* saved) {
+  unsigned char* to = saved;
   head h;
   memcpy(h.magic, magic, sizeof magic);
   h.version = state_version;
   h.model = t->model->hash;
   h.bytes = t->block_bytes;
   h.sum = sum_of(t->block, t->block_bytes);
-  memcpy(saved, &h, sizeof h);
-  memcpy((unsigned char*)saved + sizeof h, t->block, t->block_bytes);
+  memcpy(to, &h, sizeof h);
+  memcpy(to + sizeof h, t->block, t->block_bytes);
 }
 
 int tt_twin_load(tt_twin* t, const void* saved, size_t bytes) {
-  const unsigned char* block = (const unsigned char*)saved + sizeof(head);
+  const unsigned char *from = saved, *block = from + sizeof(head);
   head h;
   if (bytes < sizeof h) return TT_NO_STATE;
-  memcpy(&h, saved, sizeof h);
+  memcpy(&h, from, sizeof h);
   if (memcmp(h.magic, magic, sizeof magic) != 0) return TT_NO_STATE;
   if (h.version != state_version) return TT_OTHER_VERSION;
   if (h.model != t->model->hash || h.bytes != t->block_bytes) return TT_OTHER_MODEL;

@@ -25,18 +25,18 @@ enum {
 };
 
 static void coefficients_of_day(const void* with, const double* row, double* p, double* q) {
-  const tt_twin* t = (const tt_twin*)with;
+  const tt_twin* t = with;
   tt_coefficients(t->model, row, t->guide, NULL, p, q, t->occupancy);
 }
 
 void tt_lay_jobs(tt_twin* t, tt_arena* state, tt_arena* work) {
   const tt_model* m = t->model;
-  t->start_row = tt_doubles(state, (size_t)m->channels);
-  t->first_p = tt_doubles(state, (size_t)m->terms);
-  t->job_p = tt_doubles(state, (size_t)m->terms);
-  t->heat = tt_doubles(work, (size_t)m->order);
-  t->mean_q = tt_doubles(work, (size_t)m->inputs);
-  t->mean_state = tt_doubles(work, (size_t)m->order);
+  t->start_row = tt_doubles(state, m->channels);
+  t->first_p = tt_doubles(state, m->terms);
+  t->job_p = tt_doubles(state, m->terms);
+  t->heat = tt_doubles(work, m->order);
+  t->mean_q = tt_doubles(work, m->inputs);
+  t->mean_state = tt_doubles(work, m->order);
   if (!m->observer) return;
   tt_observer_data_of(m, &t->data);
   t->data.day.coefficients = coefficients_of_day;
@@ -238,11 +238,12 @@ static int slices_of(const tt_twin* t, int phase) {
 
 /* One slice of the present phase, from the values that its first one found. */
 static int slice_of(tt_twin* t) {
+  const ptrdiff_t order = t->model->order;
   const int item = t->now->slices_done;
   switch (t->now->phase) {
     case phase_heats:
       tt_zero(t->model->coolants, t->guide);
-      tt_day_heat(&t->day, item, t->observer.past.heats + (long)item * t->model->order);
+      tt_day_heat(&t->day, item, t->observer.past.heats + item * order);
       return 0;
     case phase_operator:
     case phase_operator_ahead:

@@ -27,8 +27,8 @@ static int wide_of(const tt_past* w) { return tt_past_kinds * w->model->heats; }
 static int offers_of(const tt_past_model* model) { return offers * (model->heats + 1); }
 
 void tt_past_lay(tt_past* w, const tt_past_model* model, tt_arena* arena) {
-  const size_t n = model->sensors->order, measured = model->sensors->measured, heats = model->heats;
-  const size_t columns = tt_past_kinds * heats * tt_past_idles;
+  const ptrdiff_t n = model->sensors->order, measured = model->sensors->measured, heats = model->heats;
+  const ptrdiff_t columns = tt_past_kinds * heats * tt_past_idles;
   w->model = model;
   w->heats = tt_doubles(arena, n * heats);
   w->left = tt_doubles(arena, n * columns);
@@ -37,7 +37,7 @@ void tt_past_lay(tt_past* w, const tt_past_model* model, tt_arena* arena) {
   w->cooling_decay = tt_doubles(arena, n);
   w->modes = tt_doubles(arena, n * n);
   w->decay = tt_doubles(arena, n);
-  w->eigen_work = tt_doubles(arena, tt_eigen_work((int)n));
+  w->eigen_work = tt_doubles(arena, tt_eigen_work(model->sensors->order));
   w->warm = tt_doubles(arena, 3 * n + columns);
   w->eigen_progress = tt_ints(arena, tt_eigen_progress);
   w->sizes = tt_doubles(arena, heats * tt_past_idles);
@@ -49,8 +49,8 @@ void tt_past_lay(tt_past* w, const tt_past_model* model, tt_arena* arena) {
   w->alone = tt_doubles(arena, measured * measured);
   w->spread = tt_doubles(arena, measured * measured);
   w->factor = tt_doubles(arena, measured * measured);
-  w->offered = tt_doubles(arena, (size_t)tt_most_starts * offers_of(model));
-  w->chances = tt_doubles(arena, (size_t)tt_most_starts * offers_of(model));
+  w->offered = tt_doubles(arena, tt_most_starts * offers_of(model));
+  w->chances = tt_doubles(arena, tt_most_starts * offers_of(model));
   w->progress = tt_ints(arena, progress_count);
 }
 
@@ -69,11 +69,11 @@ static tt_eigen eigen_job(tt_past* w, int kind) {
 }
 
 void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix) {
-  const int n = order_of(w);
+  const ptrdiff_t n = order_of(w);
   const tt_eigen job = eigen_job(w, kind);
-  for (int j = 0; j < n; ++j) {
-    for (int i = j; i < n; ++i)
-      job.a[i + (long)j * n] = 0.5 * (operator_matrix[i + (long)j * n] + operator_matrix[j + (long)i * n]);
+  for (ptrdiff_t j = 0; j < n; ++j) {
+    for (ptrdiff_t i = j; i < n; ++i)
+      job.a[i + j * n] = 0.5 * (operator_matrix[i + j * n] + operator_matrix[j + i * n]);
   }
   tt_eigen_begin(&job);
   w->progress[at_kind] = kind;
@@ -83,11 +83,12 @@ void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix) {
 /* What one heat leaves after some hours of work, at all times since. */
 static void leave(tt_past* w, int heat, int on) {
   const tt_sensor_model* m = w->model->sensors;
-  const int n = m->order, swept = w->progress[at_kind] == TT_MODES_SWEPT;
+  const ptrdiff_t n = m->order, wide = wide_of(w);
+  const int swept = w->progress[at_kind] == TT_MODES_SWEPT;
   const int column = heat * tt_past_kinds + swept * tt_past_hours + on;
   double *modal = w->warm, *state = modal + n, *warm = state + n;
   tt_zero(3 * n, modal);
-  tt_gemv_t(n, n, 1.0, w->modes, w->heats + (long)heat * n, modal);
+  tt_gemv_t(n, n, 1.0, w->modes, w->heats + heat * n, modal);
   for (int k = 0; k < n; ++k) {
     /* (1 - exp(-d t)) / d, also for a part that keeps its heat */
     const double d = w->decay[k], t = on_h[on] * hour;
@@ -96,7 +97,7 @@ static void leave(tt_past* w, int heat, int on) {
   tt_gemv(n, n, 1.0, w->modes, modal, state);
   tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
   for (int idle = 0; idle < tt_past_idles; ++idle) {
-    const long at = (long)idle * wide_of(w) + column;
+    const ptrdiff_t at = idle * wide + column;
     double *left = w->left + at * n, *seen = w->seen + at * m->measured;
     for (int k = 0; k < n; ++k)
       modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
@@ -130,7 +131,7 @@ void tt_past_begin_offers(tt_past* w, const tt_first_readings* readings, int pre
 }
 
 /* matrix += S S^T over some columns of what the chosen sensors see. */
-static void add_spread(const tt_past* w, long first, int columns, double* matrix) {
+static void add_spread(const tt_past* w, ptrdiff_t first, int columns, double* matrix) {
   const int count = w->progress[at_count], measured = measured_of(w);
   for (int c = 0; c < columns; ++c) {
     const double* seen = w->seen + (first + c) * measured;
@@ -163,15 +164,15 @@ static void offer(tt_past* w, double log_prior, double* offered, double* chance)
 /* All heats alike (heat -1) or one alone, in each size. */
 static void offer_heat(tt_past* w, int idle, int heat) {
   const int heats = w->model->heats, entries = w->progress[at_count] * w->progress[at_count];
-  const long first = (long)idle * wide_of(w), place = (long)w->progress[at_start] * offers_of(w->model) +
-                                                      ((long)idle * (heats + 1) + heat + 1) * tt_past_sizes;
+  const ptrdiff_t wide = wide_of(w), first = idle * wide;
+  const int place = w->progress[at_start] * offers_of(w->model) + (idle * (heats + 1) + heat + 1) * tt_past_sizes;
   double* own = w->alone;
   if (heat < 0) {
     tt_zero(entries, w->whole);
     add_spread(w, first, wide_of(w), w->whole);
   } else {
     tt_zero(entries, own);
-    add_spread(w, first + (long)heat * tt_past_kinds, tt_past_kinds, own);
+    add_spread(w, first + heat * tt_past_kinds, tt_past_kinds, own);
   }
   const double log_prior = heat < 0 ? 0.0 : -tt_log(heats);
   for (int size = 0; size < tt_past_sizes; ++size) {
@@ -192,25 +193,26 @@ void tt_past_begin_patterns(tt_past* w) { begin(w, job_gram); }
 
 /* Column of sum_c size_c^2 l_c l_c^T: its eigenvectors are the left singular vectors of the columns size_c l_c. */
 static void gram_column(tt_past* w, int j) {
-  const int n = order_of(w), heats = w->model->heats, columns = wide_of(w) * tt_past_idles;
-  double *share = w->warm, *column = w->modes + (long)j * n;
+  const ptrdiff_t n = order_of(w);
+  const int heats = w->model->heats, columns = wide_of(w) * tt_past_idles;
+  double *share = w->warm, *column = w->modes + j * n;
   for (int c = 0; c < columns; ++c) {
     const double size = w->sizes[(c % wide_of(w)) / tt_past_kinds + (c / wide_of(w)) * heats];
-    share[c] = size * size * w->left[j + (long)c * n];
+    share[c] = size * size * w->left[j + c * n];
   }
   tt_zero(n, column);
   tt_gemv(n, columns, 1.0, w->left, share, column);
 }
 
 static void keep_patterns(tt_past* w) {
-  const int n = order_of(w);
+  const ptrdiff_t n = order_of(w);
   const double largest = w->decay[n - 1];
   int kept = 0;
   for (; kept < tt_most_patterns && kept < n; ++kept) {
     const double square = w->decay[n - 1 - kept];
     if (!(square > least_pattern * least_pattern * largest)) break;
-    const double* mode = w->modes + (long)(n - 1 - kept) * n;
-    for (int i = 0; i < n; ++i) w->patterns[i + (long)kept * n] = mode[i] * sqrt(square);
+    const double* mode = w->modes + (n - 1 - kept) * n;
+    for (int i = 0; i < n; ++i) w->patterns[i + kept * n] = mode[i] * sqrt(square);
   }
   w->progress[at_shapes] = kept;
 }
@@ -280,7 +282,7 @@ double tt_past_weigh(tt_past* w) {
     const int size = i % tt_past_sizes, heat = i / tt_past_sizes % (heats + 1) - 1;
     const double weight = tt_exp(w->offered[i] - best), least = start_sizes[0] * start_sizes[0];
     const double square = weight * start_sizes[size] * start_sizes[size];
-    double* column = w->sizes + (long)(i / tt_past_sizes / (heats + 1)) * heats;
+    double* column = w->sizes + i / tt_past_sizes / (heats + 1) * heats;
     sum += weight;
     for (int k = 0; k < heats; ++k) column[k] += heat < 0 ? square : weight * least;
     if (heat >= 0) column[heat] += square;
