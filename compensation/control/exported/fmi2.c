@@ -61,10 +61,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     complain(&empty, fmi2Error, "this FMU is for co-simulation");
     return NULL;
   }
-  i = (instance*)empty.callbacks.allocateMemory(1, sizeof *i);
+  i = empty.callbacks.allocateMemory(1, sizeof *i);
   if (!i) return NULL;
   *i = empty;
-  i->name = (char*)i->callbacks.allocateMemory(name ? strlen(name) + 1 : 1, 1);
+  i->name = i->callbacks.allocateMemory(name ? strlen(name) + 1 : 1, 1);
   if (i->name && name) memcpy(i->name, name, strlen(name));
   i->stop = HUGE_VAL;
   i->twin = fmu_open(resources, guid, i->callbacks.allocateMemory, i->callbacks.freeMemory, &why);
@@ -75,7 +75,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 }
 
 void fmi2FreeInstance(fmi2Component c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i) return;
   fmu_close(i->twin);
   if (i->name) i->callbacks.freeMemory(i->name);
@@ -84,7 +84,7 @@ void fmi2FreeInstance(fmi2Component c) {
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
-  instance* i = (instance*)c;
+  instance* i = c;
   (void)has_tolerance, (void)tolerance;
   if (!i || i->now != instantiated) return not_now(i, "fmi2SetupExperiment");
   if (!isfinite(start)) return complain(i, fmi2Error, "the start is no time");
@@ -95,14 +95,14 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i || i->now != instantiated) return not_now(i, "fmi2EnterInitializationMode");
   i->now = initialising;
   return fmi2OK;
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i || i->now != initialising) return not_now(i, "fmi2ExitInitializationMode");
   const char* why = fmu_first(i->twin, i->start);
   if (why) return complain(i, fmi2Error, why);
@@ -111,14 +111,14 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i || i->now != stepping) return not_now(i, "fmi2Terminate");
   i->now = terminated;
   return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i) return fmi2Error;
   fmu_begin(i->twin);
   i->start = 0.0;
@@ -135,24 +135,24 @@ static fmi2Status bring_up(const instance* i) {
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i) return fmi2Error;
   if (bring_up(i) != fmi2OK) return fmi2Error;
-  const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin);
+  const unsigned inputs = fmu_inputs(i->twin), outputs = fmu_outputs(i->twin);
   for (size_t k = 0; k < n; ++k) {
     if (r[k] >= inputs + outputs) return complain(i, fmi2Error, "no real variable of this reference");
-    v[k] = r[k] < inputs ? i->twin->inputs[r[k]] : fmu_output(i->twin, (int)(r[k] - inputs));
+    v[k] = r[k] < inputs ? i->twin->inputs[r[k]] : fmu_output(i->twin, r[k] - inputs);
   }
   return fmi2OK;
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i) return fmi2Error;
   if (bring_up(i) != fmi2OK) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
-    if (r[k] >= (unsigned)fmu_integers(i->twin)) return complain(i, fmi2Error, "no integer variable of this reference");
-    v[k] = fmu_integer(i->twin, (int)r[k]);
+    if (r[k] >= fmu_integers(i->twin)) return complain(i, fmi2Error, "no integer variable of this reference");
+    v[k] = fmu_integer(i->twin, r[k]);
   }
   return fmi2OK;
 }
@@ -168,11 +168,11 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || i->now == terminated) return not_now(i, "fmi2SetReal");
   for (size_t k = 0; k < n; ++k)
-    if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, fmi2Error, "no input of this reference");
-  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, (int)r[k], v[k]);
+    if (r[k] >= fmu_inputs(i->twin)) return complain(i, fmi2Error, "no input of this reference");
+  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, r[k], v[k]);
   return fmi2OK;
 }
 
@@ -184,17 +184,17 @@ static fmi2Status set_none(const instance* i, size_t n) {
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer v[]) {
   (void)r, (void)v;
-  return set_none((const instance*)c, n);
+  return set_none(c, n);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[]) {
   (void)r, (void)v;
-  return set_none((const instance*)c, n);
+  return set_none(c, n);
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[]) {
   (void)r, (void)v;
-  return set_none((const instance*)c, n);
+  return set_none(c, n);
 }
 
 /* A copied state: phase, start and stop, then the twin's. */
@@ -205,13 +205,14 @@ typedef struct copied {
 static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_state_bytes(i->twin); }
 
 static void copy_out(const instance* i, void* bytes) {
-  const copied head = {i->start, i->stop, (double)i->now};
-  memcpy(bytes, &head, sizeof head);
-  fmu_save(i->twin, (char*)bytes + sizeof head);
+  char* to = bytes;
+  const copied head = {i->start, i->stop, i->now};
+  memcpy(to, &head, sizeof head);
+  fmu_save(i->twin, to + sizeof head);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state) return fmi2Error;
   if (!*state) *state = i->callbacks.allocateMemory(copied_bytes(i), 1);
   if (!*state) return complain(i, fmi2Error, "no memory");
@@ -220,12 +221,13 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-  instance* i = (instance*)c;
+  instance* i = c;
+  const char* from = state;
   copied head;
   if (!i) return fmi2Error;
   if (!state) return complain(i, fmi2Error, "fmi2SetFMUstate: no state is given");
-  memcpy(&head, state, sizeof head);
-  if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
+  memcpy(&head, from, sizeof head);
+  if (fmu_load(i->twin, from + sizeof head, fmu_state_bytes(i->twin)))
     return complain(i, fmi2Error, "not a state of this model");
   i->start = head.start;
   i->stop = head.stop;
@@ -234,7 +236,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state) return fmi2Error;
   if (*state) i->callbacks.freeMemory(*state);
   *state = NULL;
@@ -242,21 +244,21 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state || !size) return fmi2Error;
   *size = copied_bytes(i) + fmu_sum_bytes;
   return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state || size < copied_bytes(i) + fmu_sum_bytes) return fmi2Error;
   fmu_serialise(state, copied_bytes(i), bytes);
   return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state) return fmi2Error;
   if (size != copied_bytes(i) + fmu_sum_bytes) return complain(i, fmi2Error, "not a state of this model");
   if (!fmu_is_whole(bytes, size)) return complain(i, fmi2Error, "a damaged state");
@@ -286,7 +288,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_return) {
-  instance* i = (instance*)c;
+  instance* i = c;
   (void)no_return;
   if (!i || i->now != stepping) return not_now(i, "fmi2DoStep");
   const char* why = fmu_step(i->twin, time, step, i->stop);
@@ -304,7 +306,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, fmi2StatusKind kind, fmi2Status* value
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, fmi2StatusKind kind, fmi2Real* value) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || kind != fmi2LastSuccessfulTime) return fmi2Discard;
   *value = i->twin->twin.now->time;
   return fmi2OK;
@@ -316,8 +318,9 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, fmi2StatusKind kind, fmi2Intege
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, fmi2StatusKind kind, fmi2Boolean* value) {
-  if (!c || kind != fmi2Terminated) return fmi2Discard;
-  *value = ((const instance*)c)->now == terminated;
+  const instance* i = c;
+  if (!i || kind != fmi2Terminated) return fmi2Discard;
+  *value = i->now == terminated;
   return fmi2OK;
 }
 

@@ -41,9 +41,10 @@ static fmi3Status not_now(const instance* i, const char* function) {
 const char* fmi3GetVersion(void) { return "3.0"; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+  instance* i = c;
   (void)n, (void)categories;
-  if (!c) return fmi3Error;
-  ((instance*)c)->is_logging = on;
+  if (!i) return fmi3Error;
+  i->is_logging = on;
   return fmi3OK;
 }
 
@@ -84,7 +85,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   (void)name, (void)visible, (void)early_return, (void)between, (void)update;
   if (events) return refuse(environment, log, logging, "eventModeUsed: this FMU has no event mode");
   if (n_between > 0) return refuse(environment, log, logging, "this FMU has no intermediate variables");
-  i = (instance*)calloc(1, sizeof *i);
+  i = calloc(1, sizeof *i);
   if (!i) return NULL;
   i->is_logging = logging;
   i->environment = environment;
@@ -98,7 +99,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 }
 
 void fmi3FreeInstance(fmi3Instance c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i) return;
   fmu_close(i->twin);
   free(i);
@@ -106,7 +107,7 @@ void fmi3FreeInstance(fmi3Instance c) {
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
-  instance* i = (instance*)c;
+  instance* i = c;
   (void)has_tolerance, (void)tolerance;
   if (!i || i->now != instantiated) return not_now(i, "fmi3EnterInitializationMode");
   if (!isfinite(start)) return complain(i, "the start is no time");
@@ -118,7 +119,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i || i->now != initialising) return not_now(i, "fmi3ExitInitializationMode");
   const char* why = fmu_first(i->twin, i->start);
   if (why) return complain(i, why);
@@ -127,14 +128,14 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i || i->now != stepping) return not_now(i, "fmi3Terminate");
   i->now = terminated;
   return fmi3OK;
 }
 
 fmi3Status fmi3Reset(fmi3Instance c) {
-  instance* i = (instance*)c;
+  instance* i = c;
   if (!i) return fmi3Error;
   fmu_begin(i->twin);
   i->start = 0.0;
@@ -145,7 +146,8 @@ fmi3Status fmi3Reset(fmi3Instance c) {
 
 /* The instance is always in step mode; events and configuration are not in the description. */
 fmi3Status fmi3EnterStepMode(fmi3Instance c) {
-  return c && ((instance*)c)->now == stepping ? fmi3OK : not_now((instance*)c, "fmi3EnterStepMode");
+  const instance* i = c;
+  return i && i->now == stepping ? fmi3OK : not_now(i, "fmi3EnterStepMode");
 }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (void)c, fmi3Error; }
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return (void)c, fmi3Error; }
@@ -155,7 +157,7 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return (void)c, fmi3Erro
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_return, fmi3Boolean* event,
                       fmi3Boolean* terminate, fmi3Boolean* early, fmi3Float64* last) {
-  instance* i = (instance*)c;
+  instance* i = c;
   (void)no_return;
   if (!i || i->now != stepping) return not_now(i, "fmi3DoStep");
   if (event) *event = false;
@@ -176,40 +178,37 @@ static fmi3Status bring_up(const instance* i) {
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t values) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || values != n) return fmi3Error;
   if (bring_up(i) != fmi3OK) return fmi3Error;
-  const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin),
-                 time = inputs + outputs + (unsigned)fmu_integers(i->twin);
+  const unsigned inputs = fmu_inputs(i->twin), outputs = fmu_outputs(i->twin),
+                 time = inputs + outputs + fmu_integers(i->twin);
   for (size_t k = 0; k < n; ++k) {
     if (r[k] != time && r[k] >= inputs + outputs) return complain(i, "no real variable of this reference");
-    v[k] = r[k] == time    ? i->twin->time
-           : r[k] < inputs ? i->twin->inputs[r[k]]
-                           : fmu_output(i->twin, (int)(r[k] - inputs));
+    v[k] = r[k] == time ? i->twin->time : r[k] < inputs ? i->twin->inputs[r[k]] : fmu_output(i->twin, r[k] - inputs);
   }
   return fmi3OK;
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[],
                           size_t values) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || i->now == terminated) return not_now(i, "fmi3SetFloat64");
   if (values != n) return complain(i, "fmi3SetFloat64: as many values as references are needed");
   for (size_t k = 0; k < n; ++k)
-    if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, "no input of this reference");
-  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, (int)r[k], v[k]);
+    if (r[k] >= fmu_inputs(i->twin)) return complain(i, "no input of this reference");
+  for (size_t k = 0; k < n; ++k) fmu_set(i->twin, r[k], v[k]);
   return fmi3OK;
 }
 
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Int32 v[], size_t values) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || values != n) return fmi3Error;
   if (bring_up(i) != fmi3OK) return fmi3Error;
-  const unsigned first = (unsigned)(fmu_inputs(i->twin) + fmu_outputs(i->twin)),
-                 count = (unsigned)fmu_integers(i->twin);
+  const unsigned first = fmu_inputs(i->twin) + fmu_outputs(i->twin), count = fmu_integers(i->twin);
   for (size_t k = 0; k < n; ++k) {
     if (r[k] < first || r[k] >= first + count) return complain(i, "no integer variable of this reference");
-    v[k] = fmu_integer(i->twin, (int)(r[k] - first));
+    v[k] = fmu_integer(i->twin, r[k] - first);
   }
   return fmi3OK;
 }
@@ -217,7 +216,7 @@ fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, 
 fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Int32 v[], size_t values) {
   (void)r, (void)v;
   if (!c) return fmi3Error;
-  return n == 0 && values == 0 ? fmi3OK : complain((const instance*)c, "all inputs are of type Float64");
+  return n == 0 && values == 0 ? fmi3OK : complain(c, "all inputs are of type Float64");
 }
 
 /* A copied state: phase, start and stop, then the twin's. */
@@ -228,24 +227,25 @@ typedef struct copied {
 static size_t copied_bytes(const instance* i) { return sizeof(copied) + fmu_state_bytes(i->twin); }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* state) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state) return fmi3Error;
-  const copied head = {i->start, i->stop, (double)i->now};
+  const copied head = {i->start, i->stop, i->now};
   if (!*state) *state = calloc(copied_bytes(i), 1);
-  if (!*state) return complain(i, "no memory");
-  memcpy(*state, &head, sizeof head);
-  fmu_save(i->twin, (char*)*state + sizeof head);
+  char* to = *state;
+  if (!to) return complain(i, "no memory");
+  memcpy(to, &head, sizeof head);
+  fmu_save(i->twin, to + sizeof head);
   return fmi3OK;
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-  instance* i = (instance*)c;
+  instance* i = c;
+  const char* from = state;
   copied head;
   if (!i) return fmi3Error;
   if (!state) return complain(i, "fmi3SetFMUState: no state is given");
-  memcpy(&head, state, sizeof head);
-  if (fmu_load(i->twin, (const char*)state + sizeof head, fmu_state_bytes(i->twin)))
-    return complain(i, "not a state of this model");
+  memcpy(&head, from, sizeof head);
+  if (fmu_load(i->twin, from + sizeof head, fmu_state_bytes(i->twin))) return complain(i, "not a state of this model");
   i->start = head.start;
   i->stop = head.stop;
   i->now = (phase)head.now;
@@ -261,19 +261,19 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* state) {
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t* size) {
   if (!c || !state || !size) return fmi3Error;
-  *size = copied_bytes((const instance*)c) + fmu_sum_bytes;
+  *size = copied_bytes(c) + fmu_sum_bytes;
   return fmi3OK;
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state || size < copied_bytes(i) + fmu_sum_bytes) return fmi3Error;
   fmu_serialise(state, copied_bytes(i), bytes);
   return fmi3OK;
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState* state) {
-  const instance* i = (const instance*)c;
+  const instance* i = c;
   if (!i || !state) return fmi3Error;
   if (size != copied_bytes(i) + fmu_sum_bytes) return complain(i, "not a state of this model");
   if (!fmu_is_whole(bytes, size)) return complain(i, "a damaged state");

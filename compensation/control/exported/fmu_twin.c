@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fmu_twin.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -50,8 +51,8 @@ static unsigned char* read_whole(const char* path, fmu_allocate allocate, fmu_fr
   if (!file) return NULL;
   if (fseek(file, 0, SEEK_END) == 0) length = ftell(file);
   if (length > 0 && length <= longest_model && fseek(file, 0, SEEK_SET) == 0) {
-    *size = (size_t)length;
-    bytes = (unsigned char*)allocate(*size + 8, 1);
+    *size = length;
+    bytes = allocate(*size + 8, 1);
     if (bytes && fread(bytes, 1, *size, file) != *size) {
       release(bytes);
       bytes = NULL;
@@ -61,18 +62,20 @@ static unsigned char* read_whole(const char* path, fmu_allocate allocate, fmu_fr
   return bytes;
 }
 
-int fmu_inputs(const fmu_twin* f) { return f->model.channels + (f->model.observer ? f->model.sensors : 0); }
+static unsigned channels_of(const fmu_twin* f) { return f->model.channels; }
 
-int fmu_outputs(const fmu_twin* f) { return (f->model.observer ? 2 : 1) * f->model.linear_axes; }
+unsigned fmu_inputs(const fmu_twin* f) { return channels_of(f) + (f->model.observer ? f->model.sensors : 0); }
 
-double fmu_output(const fmu_twin* f, int i) {
-  const int linear = f->model.linear_axes;
+unsigned fmu_outputs(const fmu_twin* f) { return (f->model.observer ? 2 : 1) * f->model.linear_axes; }
+
+double fmu_output(const fmu_twin* f, unsigned i) {
+  const unsigned linear = f->model.linear_axes;
   return i < linear ? f->twin.offset_um[i] : f->twin.std_um[i - linear];
 }
 
-int fmu_integers(const fmu_twin* f) { return 2 + fmu_inputs(f) - f->model.channels; }
+unsigned fmu_integers(const fmu_twin* f) { return 2 + fmu_inputs(f) - channels_of(f); }
 
-int fmu_integer(const fmu_twin* f, int i) {
+int fmu_integer(const fmu_twin* f, unsigned i) {
   if (i == 0) return f->twin.now->status;
   return i == 1 ? f->twin.now->guard : tt_twin_sensor_fault(&f->twin, i - 2);
 }
@@ -85,10 +88,10 @@ static const char* read_model(fmu_twin* f, const char* resources, const char* ha
   if (!f->bytes) return "resources/model.bin cannot be read";
   const long texts = tt_model_texts(f->bytes, size);
   if (texts < 0) return "resources/model.bin is no model of this version";
-  f->texts = (const char**)f->allocate((size_t)texts + 1, sizeof *f->texts);
+  f->texts = f->allocate(texts + 1, sizeof *f->texts);
   if (!f->texts) return "no memory";
   if (tt_model_read(f->bytes, size, f->texts, &f->model)) return "resources/model.bin is damaged";
-  sprintf(own, "%08lx%08lx", (unsigned long)(f->model.hash >> 32), (unsigned long)(f->model.hash & 0xFFFFFFFFu));
+  sprintf(own, "%016" PRIx64, f->model.hash);
   if (!hash) return "no guid or token of the description is given";
   return strstr(hash, own) ? NULL : "resources/model.bin belongs to another description";
 }
@@ -96,13 +99,13 @@ static const char* read_model(fmu_twin* f, const char* resources, const char* ha
 static const char* make_room(fmu_twin* f) {
   f->state = f->allocate(tt_twin_state_bytes(&f->model) + 8, 1);
   f->work = f->allocate(tt_twin_work_bytes(&f->model) + 8, 1);
-  f->given = (double*)f->allocate((size_t)fmu_inputs(f) + 1, sizeof(double));
-  f->inputs = (double*)f->allocate(2 * (size_t)fmu_inputs(f) + 1, sizeof(double));
+  f->given = f->allocate(fmu_inputs(f) + 1, sizeof(double));
+  f->inputs = f->allocate(2 * fmu_inputs(f) + 1, sizeof(double));
   return f->state && f->work && f->given && f->inputs ? NULL : "no memory";
 }
 
 fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocate, fmu_free release, const char** why) {
-  fmu_twin* f = (fmu_twin*)allocate(1, sizeof *f);
+  fmu_twin* f = allocate(1, sizeof *f);
   *why = "no memory";
   if (!f) return NULL;
   f->allocate = allocate;
@@ -123,7 +126,7 @@ void fmu_close(fmu_twin* f) {
   if (f->given) f->release(f->given);
   if (f->work) f->release(f->work);
   if (f->state) f->release(f->state);
-  if (f->texts) f->release((void*)f->texts);
+  if (f->texts) f->release(f->texts);
   if (f->bytes) f->release(f->bytes);
   f->release(f);
 }
@@ -137,10 +140,10 @@ static void restart(fmu_twin* f) {
 /* 1: the input was set; behind the inputs, so that it is saved with them. */
 static double* was_set(const fmu_twin* f) { return f->inputs + fmu_inputs(f); }
 
-void fmu_set(fmu_twin* f, int input, double value) {
+void fmu_set(fmu_twin* f, unsigned input, double value) {
   f->inputs[input] = value;
   f->is_current = 0;
-  if (input < f->model.channels && was_set(f)[input] == 0.0) f->twin.untold[input] = 0;
+  if (input < channels_of(f) && was_set(f)[input] == 0.0) f->twin.untold[input] = 0;
   was_set(f)[input] = 1.0;
 }
 
@@ -150,12 +153,12 @@ void fmu_begin(fmu_twin* f) {
     const double usual = f->model.channel_default[k];
     f->inputs[k] = isnan(usual) ? FMU_START_NOT_GIVEN : usual;
   }
-  for (int k = f->model.channels; k < fmu_inputs(f); ++k) f->inputs[k] = FMU_START_NOT_GIVEN;
-  for (int k = 0; k < fmu_inputs(f); ++k) was_set(f)[k] = 0.0;
+  for (unsigned k = channels_of(f); k < fmu_inputs(f); ++k) f->inputs[k] = FMU_START_NOT_GIVEN;
+  for (unsigned k = 0; k < fmu_inputs(f); ++k) was_set(f)[k] = 0.0;
 }
 
 static int row(fmu_twin* f, double time) {
-  for (int k = 0; k < fmu_inputs(f); ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
+  for (unsigned k = 0; k < fmu_inputs(f); ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
   const int status = tt_twin_row(&f->twin, time, f->given, f->given + f->model.channels);
   if (status >= 0) f->time = time;
   return status;
@@ -181,18 +184,18 @@ const char* fmu_step(fmu_twin* f, double time, double step, double stop) {
 }
 
 /* Time, inputs and which of them were set, then the twin's own saved state. */
-static size_t head_bytes(const fmu_twin* f) { return (2 * (size_t)fmu_inputs(f) + 1) * sizeof(double); }
+static size_t head_bytes(const fmu_twin* f) { return (2 * fmu_inputs(f) + 1) * sizeof(double); }
 size_t fmu_state_bytes(const fmu_twin* f) { return head_bytes(f) + tt_twin_saved_bytes(&f->model); }
 
 void fmu_save(const fmu_twin* f, void* bytes) {
-  unsigned char* to = (unsigned char*)bytes;
+  unsigned char* to = bytes;
   memcpy(to, &f->time, sizeof f->time);
   memcpy(to + sizeof f->time, f->inputs, head_bytes(f) - sizeof f->time);
   tt_twin_save(&f->twin, to + head_bytes(f));
 }
 
 int fmu_load(fmu_twin* f, const void* bytes, size_t count) {
-  const unsigned char* from = (const unsigned char*)bytes;
+  const unsigned char* from = bytes;
   if (count != fmu_state_bytes(f)) return 1;
   if (tt_twin_load(&f->twin, from + head_bytes(f), count - head_bytes(f)) != TT_LOADED) return 1;
   memcpy(&f->time, from, sizeof f->time);
@@ -209,14 +212,16 @@ static uint64_t sum_of(const unsigned char* bytes, size_t count) {
 }
 
 void fmu_serialise(const void* state, size_t count, void* bytes) {
-  const uint64_t sum = sum_of((const unsigned char*)state, count);
-  memcpy(bytes, state, count);
-  memcpy((unsigned char*)bytes + count, &sum, fmu_sum_bytes);
+  const uint64_t sum = sum_of(state, count);
+  unsigned char* to = bytes;
+  memcpy(to, state, count);
+  memcpy(to + count, &sum, fmu_sum_bytes);
 }
 
 int fmu_is_whole(const void* bytes, size_t count) {
+  const unsigned char* from = bytes;
   uint64_t sum;
   if (count < fmu_sum_bytes) return 0;
-  memcpy(&sum, (const unsigned char*)bytes + count - fmu_sum_bytes, fmu_sum_bytes);
-  return sum == sum_of((const unsigned char*)bytes, count - fmu_sum_bytes);
+  memcpy(&sum, from + count - fmu_sum_bytes, fmu_sum_bytes);
+  return sum == sum_of(from, count - fmu_sum_bytes);
 }

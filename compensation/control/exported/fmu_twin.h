@@ -3,7 +3,8 @@
 #define THERMOTWIN_FMU_TWIN_H
 /* A twin as an FMU has it: its model from resources/model.bin, inputs that are held, a state that can be copied.
  * Values: inputs 0 to channels - 1, sensors in degC, the offsets of the linear axes in um, with an observer their
- * standard deviations; integers 0 the status, 1 the guard, then the fault of each sensor. */
+ * standard deviations; integers 0 the status, 1 the guard, then the fault of each sensor. Numbers of values are
+ * unsigned, as the references of FMI are. */
 
 #include "model_bytes.h"
 #include "twin.h"
@@ -29,13 +30,13 @@ typedef struct fmu_twin {
 /* From the folder of resources (a path or a file URI) and the hash that the description states, 16 digits.
  * NULL where there is no such model, with the reason in *why. */
 fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocate, fmu_free release, const char** why);
-int fmu_inputs(const fmu_twin* f); /* channels and sensors */
-int fmu_outputs(const fmu_twin* f);
-double fmu_output(const fmu_twin* f, int i);
+unsigned fmu_inputs(const fmu_twin* f); /* channels and sensors */
+unsigned fmu_outputs(const fmu_twin* f);
+double fmu_output(const fmu_twin* f, unsigned i);
 /* A channel that was never set counts as one without a column (tt_twin_never_given). */
-void fmu_set(fmu_twin* f, int input, double value);
-int fmu_integers(const fmu_twin* f);
-int fmu_integer(const fmu_twin* f, int i);
+void fmu_set(fmu_twin* f, unsigned input, double value);
+unsigned fmu_integers(const fmu_twin* f);
+int fmu_integer(const fmu_twin* f, unsigned i);
 void fmu_close(fmu_twin* f);
 void fmu_begin(fmu_twin* f); /* anew, with default inputs */
 /* The row of the start, with the inputs that are set; may be done again when they have changed. NULL or why not. */
