@@ -97,10 +97,11 @@ void process_link_tend(process_link* link, double now) {
 }
 
 int process_link_send(process_link* link, const void* row, size_t bytes, double now) {
+  const ssize_t whole = bytes;
   ssize_t put;
   if (link->process <= 0 || link->unanswered >= most_unanswered) return 0;
   put = write(link->to, row, bytes);
-  if (put != (ssize_t)bytes) {
+  if (put != whole) {
     /* A row that went out in part cannot be followed by another. */
     if (put > 0) kill(link->process, SIGKILL);
     return 0;
@@ -117,7 +118,7 @@ size_t process_link_read(process_link* link, void* to, size_t room, int wait_ms)
   ready.events = POLLIN;
   if (wait_ms > 0 && poll(&ready, 1, wait_ms) <= 0) return 0;
   bytes = read(link->from, to, room);
-  return bytes > 0 ? (size_t)bytes : 0;
+  return bytes > 0 ? bytes : 0;
 }
 
 void process_link_answered(process_link* link, double now) {

@@ -39,21 +39,22 @@ static char lock_path[longest_path + 8];
 static void say(const char* what, const char* why) { fprintf(stderr, "thermotwin_model: %s: %s\n", what, why); }
 
 static int read_whole(int from, void* to, size_t bytes) {
-  size_t done = 0;
-  while (done < bytes) {
-    const ssize_t got = read(from, (char*)to + done, bytes - done);
+  char* next = to;
+  const char* const end = next + bytes;
+  while (next < end) {
+    const ssize_t got = read(from, next, end - next);
     if (got == 0) return 0;
-    if (got > 0) done += (size_t)got;
+    if (got > 0) next += got;
     if (got < 0 && errno != EINTR) return 0;
   }
   return 1;
 }
 
 static int write_whole(int to, const void* from, size_t bytes) {
-  size_t done = 0;
-  while (done < bytes) {
-    const ssize_t put = write(to, (const char*)from + done, bytes - done);
-    if (put > 0) done += (size_t)put;
+  const char *next = from, *const end = next + bytes;
+  while (next < end) {
+    const ssize_t put = write(to, next, end - next);
+    if (put > 0) next += put;
     if (put <= 0 && errno != EINTR) return 0;
   }
   return 1;
@@ -82,7 +83,7 @@ static size_t fetch(const char* path) {
   if (file < 0) return 0;
   bytes = read(file, saved, sizeof saved);
   close(file);
-  return bytes > 0 ? (size_t)bytes : 0;
+  return bytes > 0 ? bytes : 0;
 }
 
 /* Gives a file another name, so that no state is written over it. */
@@ -171,7 +172,7 @@ static double shift_after_start(tt_twin* twin, const model_row* row, int loaded,
 
 static void add_word(char* text, const char* name, const char* why) {
   const size_t used = strlen(text);
-  if (used < longest_text) snprintf(text + used, (size_t)longest_text - used, " %s=%s", name, why);
+  if (used < longest_text) snprintf(text + used, longest_text - used, " %s=%s", name, why);
 }
 
 /* A line for a row that is refused, at most ten. */
@@ -225,7 +226,7 @@ static void name_files(const char* state) {
 /* save(), with a line when it begins to fail. The next one is tried; one that is flushed ends the fault. */
 static void save_or_say(const tt_twin* twin, const char* path, uint64_t session, int flush, uint32_t* fault) {
   if (save(twin, path, session, flush)) {
-    if (flush) *fault &= ~(uint32_t)MODEL_STATE_UNWRITTEN;
+    if (flush) *fault &= ~MODEL_STATE_UNWRITTEN;
     return;
   }
   if (!(*fault & MODEL_STATE_UNWRITTEN)) say(path, strerror(errno));

@@ -43,10 +43,12 @@ static void end(int number) {
   ended = 1;
 }
 
+static double seconds_of(const struct timespec* time) { return time->tv_sec + 1e-9 * time->tv_nsec; }
+
 static double seconds(clockid_t clock) {
   struct timespec now;
   clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+  return seconds_of(&now);
 }
 
 /* The axis that a channel belongs to in the array (axes) of channels; -1: none. */
@@ -134,11 +136,12 @@ static void run(all_pins* pins, const settings* how) {
   static model_row row, before;
   const double wall = seconds(CLOCK_REALTIME), begun = seconds(CLOCK_MONOTONIC);
   const int wait_ms = how->period_s > 2e-3 ? (int)(0.8e3 * how->period_s) : 1;
+  const uint64_t process = getpid();
   struct timespec next;
   model_link link;
   model_answer answer;
   model_link_begin(&link, how->model, how->state);
-  row.session = (uint64_t)(wall * 1e6) ^ ((uint64_t)getpid() << 48);
+  row.session = (uint64_t)(wall * 1e6) ^ (process << 48);
   clock_gettime(CLOCK_MONOTONIC, &next);
   while (!ended) {
     const double now = seconds(CLOCK_MONOTONIC);
@@ -154,7 +157,7 @@ static void run(all_pins* pins, const settings* how) {
     *pins->restarts = link.link.starts > 0 ? link.link.starts - 1 : 0;
     next.tv_nsec += (long)(1e9 * how->period_s);
     while (next.tv_nsec >= 1000000000L) ++next.tv_sec, next.tv_nsec -= 1000000000L;
-    if (seconds(CLOCK_MONOTONIC) > (double)next.tv_sec + 1e-9 * (double)next.tv_nsec)
+    if (seconds(CLOCK_MONOTONIC) > seconds_of(&next))
       clock_gettime(CLOCK_MONOTONIC, &next); /* late: no row is made up for */
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, NULL);
   }
@@ -193,7 +196,7 @@ int main(int argc, char** argv) {
   }
   component = hal_init(how.name);
   if (component < 0) return 3;
-  pins = (all_pins*)hal_malloc(sizeof *pins);
+  pins = hal_malloc(sizeof *pins);
   if (pins) memset(pins, 0, sizeof *pins);
   if (!pins || make_pins(pins, component, how.name)) {
     fprintf(stderr, "thermotwin_pins: pins of %s cannot be made\n", how.name);
