@@ -40,7 +40,7 @@ void print_summary(const CommonOptions& options, const std::string& text, const 
 double peak_memory_GiB() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
+  return usage.ru_maxrss / (1024.0 * 1024.0);
 }
 
 solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked) {

@@ -262,7 +262,7 @@ void summarise(const CompensateOptions& options, const compensation::StreamSumma
   std::string statuses;
   for (const auto& [status, rows] : done.not_ok)
     statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);
-  const double rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
+  const double rate = done.rows / seconds, memory = peak_memory_GiB();
   const std::string span = std::isfinite(done.first_s)
                                ? fmt::format(" from {:.10g} to {:.10g} s ({:.3g} h)", done.first_s, done.last_s,
                                              (done.last_s - done.first_s) / core::units::hour)

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+
 #include "compensation/control/control_fmu.h"
 #include "compensation/control/control_model.h"
 #include "compensation/control/control_source.h"
@@ -52,8 +55,8 @@ void export_c(const ControlExportOptions& options) {
       "{}: {} states, {} channels, {} offsets as C99 source\n{} files in {}; memory of a twin: {:.1f} kB of state, "
       "{:.1f} MB of work\n{}\n"
       "next: cd {} && cc -std=c99 -O3 -ffp-contract=off *.c -o twin -lm\n",
-      model.name, model.order, model.channels, model.linear_axes, names.size(), folder,
-      1e-3 * static_cast<double>(state), 1e-6 * static_cast<double>(work), about_sensors(model), folder);
+      model.name, model.order, model.channels, model.linear_axes, names.size(), folder, 1e-3 * state, 1e-6 * work,
+      about_sensors(model), folder);
   const nlohmann::json json = {{"folder", folder},
                                {"files", names},
                                {"states", model.order},
@@ -77,7 +80,7 @@ void export_fmu(const ControlExportOptions& options) {
       "as "
       "source\n{}\n",
       model.name, model.order, model.channels + (model.observer != 0 ? model.sensors : 0), model.linear_axes,
-      options.fmu, options.out.string(), 1e-6 * static_cast<double>(fs::file_size(options.out)), about_sensors(model));
+      options.fmu, options.out.string(), 1e-6 * fs::file_size(options.out), about_sensors(model));
   const nlohmann::json json = {{"fmu", options.out.string()},     {"states", model.order},
                                {"channels", model.channels},      {"offsets", model.linear_axes},
                                {"observer", model.observer != 0}, {"model_hash", fmt::format("{:016x}", model.hash)}};
@@ -112,7 +115,8 @@ void export_linuxcnc(const ControlExportOptions& options) {
 void export_any(const ControlExportOptions& options) {
   const bool c = !options.c_folder.empty(), fmu = options.fmu > 0, linuxcnc = !options.linuxcnc.empty();
   if (!c && !fmu && !linuxcnc) return export_model(options);
-  if (int{options.calculix} + int{options.matrices} + int{c} + int{fmu} + int{linuxcnc} != 1)
+  const std::array ways = {options.calculix, options.matrices, c, fmu, linuxcnc};
+  if (std::count(ways.begin(), ways.end(), true) != 1)
     throw core::UsageError("export needs exactly one of --calculix, --matrices, --c, --fmu and --linuxcnc");
   if (c)
     export_c(options);

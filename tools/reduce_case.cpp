@@ -137,7 +137,7 @@ TransientTime time_transient(const solver::FullModel& full, const solver::Case& 
   options.poses = {poses[poses.size() / 2]};
   const Stopwatch watch;
   solver::run_campaign(full, {load}, options);
-  result.seconds = watch.seconds() * static_cast<double>(transient_steps) / result.run;
+  result.seconds = watch.seconds() * transient_steps / result.run;
   return result;
 }
 

@@ -113,8 +113,8 @@ std::string hankel_text(const PointResult& point) {
 
 /// What rounding may make of the bound: each Hankel singular value is off by up to n eps of the largest.
 double bound_rounding(const PointResult& point) {
-  const auto n = static_cast<double>(point.hankel.size());
-  return 2.0 * (n - static_cast<double>(point.order)) * n * std::numeric_limits<double>::epsilon() * point.hankel(0);
+  const double n = point.hankel.size();
+  return 2.0 * (n - point.order) * n * std::numeric_limits<double>::epsilon() * point.hankel(0);
 }
 
 std::string bound_text(const SystemReduction& reduction, const PointResult& point) {

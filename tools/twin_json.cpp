@@ -39,9 +39,8 @@ std::string TwinJson::line(const compensation::Offsets& offsets, std::string_vie
   nlohmann::json json = {{"time_s", offsets.time}, {"status", status}, {"guard", text_of(twin_.guard())}};
   if (state_unwritten) json["state"] = "unwritten";
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    json["offset_um"][axes_[i]] = rounded(offsets.offset_um[k], 1e4);
-    json["std_um"][axes_[i]] = rounded(offsets.std_um[k], 1e4);
+    json["offset_um"][axes_[i]] = rounded(offsets.offset_um[i], 1e4);
+    json["std_um"][axes_[i]] = rounded(offsets.std_um[i], 1e4);
   }
   const mesh::Pose now = twin_.pose();
   const bool first = last_pose_.size() == 0;
@@ -59,10 +58,9 @@ std::string TwinJson::line(const compensation::Offsets& offsets, std::string_vie
   json["limits"] = {{"largest_um", twin_.limits().largest_um}, {"rate_um_s", twin_.limits().rate_um_s}};
   json["sensors"] = nlohmann::json::array();
   for (std::size_t s = 0; s < faults.size(); ++s) {
-    const auto k = static_cast<Eigen::Index>(s);
     json["sensors"].push_back({{"id", model_.machine.sensors[s].id},
-                               {"reading_C", rounded(readings[k], 1e3)},
-                               {"predicted_C", rounded(predicted[k], 1e3)},
+                               {"reading_C", rounded(readings[s], 1e3)},
+                               {"predicted_C", rounded(predicted[s], 1e3)},
                                {"fault", faults[s]}});
   }
   for (const mesh::Pose& pose : poses_) {

@@ -41,7 +41,7 @@ std::uint32_t crc32(std::string_view bytes) {
 /// The lowest bytes of a number, the lowest first.
 std::string little(std::uint64_t value, int bytes) {
   std::string text;
-  for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8U * static_cast<unsigned>(i)) & 0xFFU);
+  for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i) & 0xFFU);
   return text;
 }
 

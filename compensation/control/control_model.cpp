@@ -92,7 +92,7 @@ void add_grid(const std::vector<reduction::OutputGrid::GridAxis>& axes, std::vec
   first = {0};
   for (const reduction::OutputGrid::GridAxis& on : axes) {
     const auto count = std::ssize(on.positions);
-    constexpr double most = static_cast<int>(TT_MOST_POSITIONS);
+    constexpr double most = TT_MOST_POSITIONS;
     core::require_within("online core: positions of an axis of the workspace", count, {1.0, most});
     axis.push_back(on.axis);
     linear.push_back(on.linear);
@@ -176,7 +176,7 @@ public:
   }
   void add(std::int32_t value) { add(static_cast<double>(value)); }
   void add(const std::string& text) {
-    for (const char c : text) add(static_cast<std::int32_t>(c));
+    for (const std::int32_t c : text) add(c);
   }
   template <class Value>
   void add(const std::vector<Value>& values) {

@@ -69,8 +69,8 @@ bool leaps(const std::string& name) {
 }
 
 void add_channels(const solver::Channels& channels, ControlData& data) {
-  for (Index k = 0; k < data.channels; ++k) {
-    if (leaps(channels.names()[k])) data.leaping_channel.push_back(static_cast<std::int32_t>(k));
+  for (std::int32_t k = 0; k < data.channels; ++k) {
+    if (leaps(channels.names()[k])) data.leaping_channel.push_back(k);
   }
   data.leaping = std::ssize(data.leaping_channel);
   for (int i = 0; i < data.ambients; ++i) {

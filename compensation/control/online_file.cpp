@@ -142,7 +142,7 @@ fs::path online_file(const OnlineSource& source) {
 Stamp file_stamp(const fs::path& file) {
   struct stat found {};
   if (::stat(file.c_str(), &found) != 0) return {};
-  const auto ns = [](const timespec& time) { return std::int64_t{time.tv_sec} * second_ns + time.tv_nsec; };
+  const auto ns = [](const timespec& time) { return time.tv_sec * second_ns + time.tv_nsec; };
   const std::int64_t content = ns(found.st_mtim), anything = ns(found.st_ctim);
   const std::int64_t now = std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
   const bool coarse = content % second_ns == 0 && anything % second_ns == 0;

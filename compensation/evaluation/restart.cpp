@@ -94,7 +94,7 @@ public:
     for (const Eigen::Matrix3Xd& measured : measured_) sum += measured.col(i).squaredNorm();
     return sum;
   }
-  double poses() const { return static_cast<double>(poses_.size()); }
+  double poses() const { return poses_.size(); }
 
 private:
   const mesh::Machine& machine_;

@@ -144,7 +144,7 @@ void Scorer::add(const std::string& model, std::size_t target, const VectorXd& g
     if (fitted && std::find(seen.begin() + from, seen.begin() + to, true) != seen.begin() + to) continue;
     for (Index i = from; i < to; ++i) {
       if (!std::isfinite(measured[i]) || !std::isfinite(predicted[i])) continue;
-      predicted.segment(from, to - from).array() -= double(predicted[i]) - measured[i];
+      predicted.segment(from, to - from).array() -= predicted[i] - measured[i];
       break;
     }
   }

@@ -56,28 +56,27 @@ private:
 };
 
 /// The pin of LinuxCNC that gives a channel; empty: none does by itself.
-std::string source_of(const HalConfig& config, const ControlData& model, std::size_t channel) {
+std::string source_of(const HalConfig& config, const ControlData& model, std::int32_t channel) {
   const std::string& name = model.channel_names[channel];
   if (name == "machine.on") return "motion.motion-enabled";
   if (name == "spindle.speed_rpm") return "spindle.0.speed-out-abs";
   if (name == "cutting_fluid.on") return "iocontrol.0.coolant-flood";
   for (std::size_t a = 0; a < model.axis_names.size(); ++a) {
     const HalAxis* axis = axis_of(config, model.axis_names[a]);
-    if (axis != nullptr && model.axis_position[a] == static_cast<int>(channel))
-      return fmt::format("joint.{}.pos-cmd", axis->joint);
+    if (axis != nullptr && model.axis_position[a] == channel) return fmt::format("joint.{}.pos-cmd", axis->joint);
   }
   return {};
 }
 
-bool follows_from_positions(const ControlData& model, std::size_t channel) {
+bool follows_from_positions(const ControlData& model, std::int32_t channel) {
   const auto holds = [&](const std::vector<std::int32_t>& channels) {
-    return std::find(channels.begin(), channels.end(), static_cast<std::int32_t>(channel)) != channels.end();
+    return std::find(channels.begin(), channels.end(), channel) != channels.end();
   };
   return holds(model.axis_feed) || holds(model.axis_low) || holds(model.axis_high);
 }
 
 const std::string& linear_axis(const ControlData& model, std::size_t i) {
-  return model.axis_names[static_cast<std::size_t>(model.linear_axis[i])];
+  return model.axis_names[model.linear_axis[i]];
 }
 
 void check(const HalConfig& config, const ControlData& model) {
@@ -113,7 +112,7 @@ void check(const HalConfig& config, const ControlData& model) {
 }
 
 void add_inputs(const HalConfig& config, const ControlData& model, Nets& nets, HalPieces& pieces) {
-  for (std::size_t k = 0; k < model.channel_names.size(); ++k) {
+  for (std::int32_t k = 0; k < std::ssize(model.channel_names); ++k) {
     if (follows_from_positions(model, k)) continue;
     const std::string& name = model.channel_names[k];
     const std::string source = source_of(config, model, k), pin = fmt::format("{}.{}", pins, name);
@@ -155,7 +154,7 @@ void add_guard(const HalConfig& config, const ControlData& model, Nets& nets) {
   nets.line(fmt::format("net thermotwin-heartbeat {0}.heartbeat => {1}.heartbeat", pins, guard));
   add_limits(config, model, nets);
   for (const std::int32_t a : model.linear_axis) {
-    const std::string& name = model.axis_names[static_cast<std::size_t>(a)];
+    const std::string& name = model.axis_names[a];
     const std::string axis = core::lower(name);
     nets.line(
         fmt::format("net thermotwin-wanted-{2} {0}.offset-{3}-um => {1}.wanted-um-{4}", pins, guard, axis, name, a));

@@ -99,7 +99,9 @@ Dataset make_dataset(const Measurement& measurement) {
       for (std::size_t s = 0; channel.zero == Zero::first && s < data.starts.size(); ++s) {
         auto stretch = values.segment(data.starts[s], data.stretch_end(s) - data.starts[s]);
         const Index first = known_range(stretch).first;
-        if (first >= 0) stretch.array() -= double(stretch[first]);
+        if (first < 0) continue;
+        const double zero = stretch[first];
+        stretch.array() -= zero;
       }
       data.targets.push_back(channel);
       targets.push_back(std::move(values));

@@ -226,7 +226,7 @@ StreamSummary compensate_stream(OnlineModel& model, const mesh::Machine& machine
   }
   writer.finish();
   for (double* sum : {&summary.probed_rms_um, &summary.left_rms_um})
-    *sum = summary.probed > 0 ? std::sqrt(*sum / static_cast<double>(summary.probed)) : 0.0;
+    *sum = summary.probed > 0 ? std::sqrt(*sum / summary.probed) : 0.0;
   if (summary.probed_unmoved > 0) summary.unmoved_rms_um = std::sqrt(summary.unmoved_rms_um / summary.probed_unmoved);
   return summary;
 }

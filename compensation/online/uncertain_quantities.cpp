@@ -116,7 +116,7 @@ std::vector<UncertainQuantity> uncertain_quantities(const reduction::ReducedMode
 std::vector<std::vector<int>> inputs_of_terms(const reduction::ReducedModel& model) {
   const solver::Layout& layout = model.system.layout;
   std::vector<std::vector<int>> inputs(layout.terms.size());
-  for (int k = 0; k < static_cast<int>(layout.inputs.size()); ++k) {
+  for (int k = 0; k < std::ssize(layout.inputs); ++k) {
     if (layout.inputs[k].term >= 0) inputs[layout.inputs[k].term].push_back(k);
   }
   return inputs;

@@ -101,7 +101,7 @@ core::Table source_series(const MissingSource& source, double power_W, double st
       const double size = channel < 0 ? 1.0 : relative_power(source, record.rows(s, channel));
       auto row = table.values.row(record.offset.step + s);
       row.head<3>() << record.points[s + 1], size * power_W, size * std_W;
-      if (row.size() > 3) row[3] = static_cast<double>(k + 1);
+      if (row.size() > 3) row[3] = k + 1;
     }
   }
   return table;

@@ -174,7 +174,7 @@ double discrepancy_p_value(const DataRecord& record, const WeighedChannel& weigh
   const Eigen::LLT<MatrixXd> factor(weighed.model.left_over(record, later).matrix() +
                                     used * weighed.model.covariance * used.transpose());
   const VectorXd white = factor.matrixL().solve(weighed.before(later));
-  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(weighed.model.fitted);
+  const double n = later.size(), fitted = weighed.model.fitted;
   const double variance = std::max(1.0, weighed.model.chi_square / fitted);
   const double all = f_tail(white.squaredNorm() / n / variance, n, fitted);
   MatrixXd slow(later.size(), 2);
@@ -239,7 +239,7 @@ WeighedChannel weigh_channel(const DataRecord& record, Index target, const Recor
   const std::string& unit = record.channels[target].unit;
   weighed.extensions.push_back(
       averaged(fitted, drifts(record, segments, size), Kind::probe_drift, "drift", unit + "/h"));
-  if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day) {
+  if (record.time.size() * record.interval >= daily_days * day) {
     weighed.extensions.push_back(
         averaged(fitted, {daily_swing(record, size)}, Kind::unmeasured_temperature, "daily_amplitude", unit));
   }
@@ -254,7 +254,7 @@ WeighedChannel weigh_channel(const DataRecord& record, Index target, const Recor
   weighed.unknown_log_evidence = log_unknown - log_none;
   std::vector<double> logs = {std::log(prior_none) + log_none, std::log(prior_unknown) + log_unknown};
   for (Extension& extension : weighed.extensions) {
-    logs.push_back(std::log(prior_cause / static_cast<double>(weighed.extensions.size())) + extension.log_evidence);
+    logs.push_back(std::log(prior_cause / weighed.extensions.size()) + extension.log_evidence);
     extension.log_evidence -= log_none;
   }
   const double total = log_mean_exp(logs) + std::log(logs.size());

@@ -44,7 +44,7 @@ void fill_gaps(VectorXd& values, bool interpolate) {
   for (Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
     for (Index j = last + 1; j < i; ++j) {
-      const double share = static_cast<double>(j - last) / (i - last);
+      const double done = j - last, share = done / (i - last);
       values[j] = last < 0 ? values[i] : interpolate ? values[last] + share * (values[i] - values[last]) : values[last];
     }
     last = i;

@@ -38,7 +38,7 @@ constexpr double delay_of_two =
 Freedom freedom(const Problem& problem, const std::vector<int>& members, const MatrixXd& sensitivity,
                 const MatrixXd& spread, const VectorXd& size) {
   const Observations& obs = problem.observations;
-  const int most = most_wandering_knots * static_cast<int>(obs.each().size());
+  const long most = most_wandering_knots * std::ssize(obs.each());
   const int spans = std::clamp<long>(std::lround((obs.end - obs.start) / wandering_knot_s), 1, most);
   const double width = (obs.end - obs.start) / spans;
   VectorXd time(obs.size());

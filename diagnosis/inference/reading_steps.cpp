@@ -318,7 +318,7 @@ std::vector<ReadingSteps> find_reading_steps(const Problem& problem, const Besid
     VectorXd mean = VectorXd::Zero(std::ssize(scopes[i]));
     for (std::size_t g = 0; g < scopes[i].size(); ++g) {
       const std::vector<std::size_t>& alike = scopes[i][g];
-      for (const std::size_t k : alike) mean[static_cast<Index>(g)] += seen[static_cast<Index>(k)] / alike.size();
+      for (const std::size_t k : alike) mean[g] += seen[k] / alike.size();
     }
     found[i] = best_steps(problem, beside, scopes[i], mean, levels);
   });

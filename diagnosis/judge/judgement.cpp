@@ -80,8 +80,8 @@ std::pair<double, double> effects_um(const Problem& problem, const Hypothesis& b
         (best.predicted - problem.predicted).segment(problem.first_row(k), channel.size()).cwiseAbs2();
     sums[0] += change.head(channel.fitted).sum();
     sums[1] += change.tail(channel.size() - channel.fitted).sum();
-    counts[0] += static_cast<double>(channel.fitted);
-    counts[1] += static_cast<double>(channel.size() - channel.fitted);
+    counts[0] += channel.fitted;
+    counts[1] += channel.size() - channel.fitted;
   }
   const auto rms = [&](int i) { return counts[i] > 0.0 ? std::sqrt(sums[i] / counts[i]) : 0.0; };
   return {rms(0), rms(1)};
@@ -129,9 +129,7 @@ void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out)
   out.series.columns.emplace_back("record");
   out.series.values.conservativeResize(Eigen::NoChange, std::ssize(out.series.columns));
   for (std::size_t r = 0; r < out.records.size(); ++r) {
-    out.series.values.rightCols(1)
-        .middleRows(out.records[r].first_row, out.records[r].rows)
-        .setConstant(static_cast<double>(r + 1));
+    out.series.values.rightCols(1).middleRows(out.records[r].first_row, out.records[r].rows).setConstant(r + 1);
   }
 }
 

@@ -283,7 +283,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       seen[i] = response.elsewhere(rival, poses);
     });
     for (std::size_t c = 0; c < places.size(); ++c) {
-      const auto column = static_cast<Index>(c);
+      const Index column = c;
       const double mesh_error = places[c].is_sensor ? allowance.of_sensor(places[c].name)
                                                     : allowance.of_displacement(places[c].name.substr(0, 2));
       const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty, mesh_error);

@@ -81,12 +81,12 @@ Observations joined(std::vector<Observations> each, const std::vector<std::strin
   all.start = all.end = each.front().start;
   all.split = each.front().split;
   all.start_C = each.front().start_C;
-  for (std::size_t k = 0; k < each.size(); ++k) {
+  for (int k = 0; k < std::ssize(each); ++k) {
     Observations& record = each[k];
     record.name = names[k];
     record.offset = {all.end - record.start, all.intervals, all.rows.rows()};
     for (ObservedChannel& channel : record.channels) channel.record_name = names[k];
-    append(record, static_cast<int>(k), all);
+    append(record, k, all);
     all.start_spread_K = std::max(all.start_spread_K, record.start_spread_K);
     all.told_row_s = std::max(all.told_row_s, record.told_row_s);
   }

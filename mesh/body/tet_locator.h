@@ -23,7 +23,7 @@ public:
 
 private:
   Eigen::Vector3i cell_of(const Eigen::Vector3d& point) const;
-  Eigen::Index number(int x, int y, int z) const { return (Eigen::Index{z} * cells_[1] + y) * cells_[0] + x; }
+  Eigen::Index number(int x, int y, Eigen::Index z) const { return (z * cells_[1] + y) * cells_[0] + x; }
   bool holds(int element, const Eigen::Vector3d& point) const;
 
   const TetMesh& mesh_;

@@ -21,9 +21,9 @@ const VtkModule& vtk_module() {
 
 double VtkArray::number(Eigen::Index entry) const {
   return std::visit(
-      [&](const auto& held) {
+      [&](const auto& held) -> double {
         if constexpr (!std::is_same_v<std::decay_t<decltype(held)>, std::vector<std::string>>) {
-          if (held.rows() > 0 && entry < held.cols()) return double(held(0, entry));
+          if (held.rows() > 0 && entry < held.cols()) return held(0, entry);
         }
         return std::numeric_limits<double>::quiet_NaN();
       },

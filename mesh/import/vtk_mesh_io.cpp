@@ -40,10 +40,10 @@ private:
 };
 
 /// Nodes of a cell that has at least as many. @throws MeshError
-template <std::size_t count>
+template <Eigen::Index count>
 std::array<int, count> cell_nodes(const VtkGrid& grid, std::size_t cell, Eigen::Index first, const std::string& file) {
   const Eigen::Index begin = grid.first_node[cell] + first;
-  if (begin + Eigen::Index(count) > grid.first_node[cell + 1])
+  if (begin + count > grid.first_node[cell + 1])
     throw core::MeshError(file, fmt::format("cell {} has too few points for its type", cell), "points of its type");
   std::array<int, count> nodes;
   std::copy_n(grid.nodes.begin() + begin, count, nodes.begin());
@@ -93,7 +93,7 @@ void write_vtu(const std::filesystem::path& path, const TetMesh& mesh) {
     for (const int face : faces) {
       const FaceNodes nodes = face_nodes(mesh, face);
       grid.add_cell(nodes.size() == 6 ? VtkCell::triangle_6 : VtkCell::triangle, nodes);
-      group.push_back(int(names.size()));
+      group.push_back(names.size());
     }
   }
   grid.cell_arrays.push_back(

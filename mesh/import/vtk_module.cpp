@@ -55,7 +55,7 @@ struct ErrorCatcher {
 template <class Array, class Matrix>
 vtkSmartPointer<vtkAbstractArray> numbers(const Matrix& values) {
   vtkNew<Array> array;
-  array->SetNumberOfComponents(int(values.rows()));
+  array->SetNumberOfComponents(values.rows());
   array->SetNumberOfTuples(values.cols());
   std::copy(values.data(), values.data() + values.size(), array->GetPointer(0));
   return array.Get();
@@ -147,7 +147,7 @@ std::vector<VtkArray> wanted_arrays(vtkFieldData* from, const std::vector<std::s
     } else if (auto* held = vtkDataArray::SafeDownCast(found)) {
       Eigen::MatrixXd values(held->GetNumberOfComponents(), held->GetNumberOfTuples());
       for (Eigen::Index i = 0; i < values.cols(); ++i)
-        for (int k = 0; k < int(values.rows()); ++k) values(k, i) = held->GetComponent(i, k);
+        for (int k = 0; k < values.rows(); ++k) values(k, i) = held->GetComponent(i, k);
       arrays.push_back({name, std::move(values), {}});
     }
   }

@@ -16,9 +16,9 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
   const std::size_t count = coolant.segments.size();
   FlowNetwork network{std::vector<double>(count, 0.0), {}, {}};
   network.inflow.resize(count);
-  const auto index_of = [&](const std::string& id, std::size_t before) {
-    for (std::size_t i = 0; i < before; ++i)
-      if (coolant.segments[i].id == id) return static_cast<int>(i);
+  const auto index_of = [&](const std::string& id, int before) {
+    for (int i = 0; i < before; ++i)
+      if (coolant.segments[i].id == id) return i;
     throw InputError(place + " segment " + coolant.segments[before].id + " after", "'" + id + "'",
                      "\"chiller\", or segments that stand before it in the file");
   };

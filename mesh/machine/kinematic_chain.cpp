@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 
@@ -97,9 +98,7 @@ const ChainAxis* KinematicChain::find(const std::string& id) const {
   }
   return nullptr;
 }
-ChainAxis* KinematicChain::find(const std::string& id) {
-  return const_cast<ChainAxis*>(static_cast<const KinematicChain*>(this)->find(id));
-}
+ChainAxis* KinematicChain::find(const std::string& id) { return const_cast<ChainAxis*>(std::as_const(*this).find(id)); }
 
 std::vector<std::string> KinematicChain::ids() const {
   std::vector<std::string> names;
@@ -114,10 +113,10 @@ std::vector<std::string> KinematicChain::ids() const {
   return names;
 }
 
-Eigen::Isometry3d KinematicChain::frame(const std::vector<ChainAxis>& branch, int moved,
+Eigen::Isometry3d KinematicChain::frame(const std::vector<ChainAxis>& branch, Eigen::Index moved,
                                         const std::map<std::string, double>& positions) {
   Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-  for (int i = 0; i <= moved; ++i) {
+  for (Eigen::Index i = 0; i <= moved; ++i) {
     const ChainAxis& axis = branch[i];
     const auto found = positions.find(axis.id);
     const double position = found == positions.end() ? 0.0 : found->second;

@@ -38,7 +38,7 @@ struct KinematicChain {
 
   /// @return the transformation from the home frame of the body that this axis moves to the machine's frame
   /// @param moved  -1: the bed  @param positions  m and rad by id; absent: 0
-  static Eigen::Isometry3d frame(const std::vector<ChainAxis>& branch, int moved,
+  static Eigen::Isometry3d frame(const std::vector<ChainAxis>& branch, Eigen::Index moved,
                                  const std::map<std::string, double>& positions);
 };
 

@@ -13,8 +13,8 @@ namespace {
 
 template <class Item>
 int index_of(const std::vector<Item>& items, const std::string& id) {
-  for (std::size_t i = 0; i < items.size(); ++i)
-    if (items[i].id == id) return static_cast<int>(i);
+  for (int i = 0; i < std::ssize(items); ++i)
+    if (items[i].id == id) return i;
   return -1;
 }
 

@@ -201,8 +201,8 @@ int weld(Surface& surface) {
   using Cell = std::array<long, 3>;
   struct Hash {
     std::size_t operator()(const Cell& c) const {
-      return static_cast<std::size_t>(c[0]) * 73856093u ^ static_cast<std::size_t>(c[1]) * 19349663u ^
-             static_cast<std::size_t>(c[2]) * 83492791u;
+      const std::size_t x = c[0], y = c[1], z = c[2];
+      return x * 73856093u ^ y * 19349663u ^ z * 83492791u;
     }
   };
   std::unordered_map<Cell, std::vector<int>, Hash> cells;

@@ -152,7 +152,7 @@ void read_correlations(const Node& root, Budget& budget) {
 
 /// Numbers the parts of the graph of correlations.
 void find_groups(Budget& budget) {
-  const int n = static_cast<int>(budget.inputs.size());
+  const int n = budget.inputs.size();
   std::vector<int> group(n);
   std::iota(group.begin(), group.end(), 0);
   for (bool changed = true; changed;) {
@@ -266,7 +266,7 @@ Budget::Model::Model(const Budget& budget) : inputs_(std::ssize(budget.inputs)) 
 
 VectorXd Budget::Model::operator()(const VectorXd& inputs) const {
   values_.head(inputs_) = inputs;
-  for (std::size_t i = 0; i < formulas_.size(); ++i) values_[inputs_ + Index(i)] = formulas_[i](values_.data());
+  for (std::size_t i = 0; i < formulas_.size(); ++i) values_[inputs_ + i] = formulas_[i](values_.data());
   return values_.tail(std::ssize(formulas_));
 }
 

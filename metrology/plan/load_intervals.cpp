@@ -53,7 +53,7 @@ void add_load_interval(const mesh::Machine& machine, Timeline& timeline, const s
     if (load.axis < 0) timeline.spindle(load.speed);
   for (std::size_t i = 0; i < moving.size(); ++i) {
     const LoadMotion& load = moving[i];
-    const double left = end - timeline.now(), share = left / static_cast<double>(moving.size() - i);
+    const double left = end - timeline.now(), share = left / (moving.size() - i);
     if (machine.axes[load.axis].endless) {
       timeline.turn(load.axis, static_cast<long>(std::floor(share * load.speed / turn_rad + 1e-9)), load.speed);
     } else {
@@ -69,7 +69,7 @@ RandomLoads::RandomLoads(std::vector<Limits> limits, double change_probability, 
       standstills_(standstills),
       engine_(seed) {}
 
-double RandomLoads::uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+double RandomLoads::uniform() { return (engine_() >> 11) * 0x1p-53; }
 
 const std::vector<LoadMotion>& RandomLoads::next() {
   const bool first = loads_.empty();

@@ -49,8 +49,7 @@ void PlanOptions::validate() const {
   core::require_within(of + "cut_s", cut_s, core::non_negative);
   core::require_option(record_s > 2.0 * cut_s, of + "record_s", record_s, "more than twice cut_s");
   core::require_option(!azimuths_deg.empty() && (azimuths_deg.size() == 1 || kind != TestKind::rtest_continuous),
-                       of + "azimuths_deg", static_cast<double>(azimuths_deg.size()),
-                       "one sphere or more; one for a continuous test");
+                       of + "azimuths_deg", azimuths_deg.size(), "one sphere or more; one for a continuous test");
   for (const auto* pair : {&range, &speeds}) {
     if (pair->empty() || (pair->size() == 2 && (*pair)[0] <= (*pair)[1])) continue;
     throw InputError(of + (pair == &range ? "range" : "speeds"), fmt::format("{}", fmt::join(*pair, ",")),

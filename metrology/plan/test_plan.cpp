@@ -145,12 +145,12 @@ private:
     if (options_.kind == TestKind::rtest_continuous) {
       sweep();
     } else {
-      for (std::size_t k = 0; k < places_.poses.size(); ++k) measure_point(k);
+      for (int k = 0; k < std::ssize(places_.poses); ++k) measure_point(k);
     }
     timeline.rapid(onward(rest_), "rest");
   }
 
-  void measure_point(std::size_t k) {
+  void measure_point(int k) {
     Timeline& timeline = plan_.timeline;
     const bool on_sphere = places_.on_sphere;
     const Vector3d sphere = on_sphere ? places_.spheres[k] : Vector3d::Zero();
@@ -165,8 +165,7 @@ private:
     const double start = timeline.now();
     timeline.dwell(options_.record_s, "record " + says);
     const Vector3d nominal = on_sphere ? sphere_at(machine_, target, sphere) : solver::tcp_position(machine_, target);
-    plan_.points.push_back(
-        {start + 0.5 * options_.record_s, cycle_, static_cast<int>(k) + 1, timeline.pose(), nominal});
+    plan_.points.push_back({start + 0.5 * options_.record_s, cycle_, k + 1, timeline.pose(), nominal});
     if (on_sphere)
       timeline.feed(lifted(target, sphere), options_.feed_mm_min * units::mm_min,
                     options_.feed_deg_min * units::deg_min);
@@ -209,10 +208,10 @@ private:
     const std::size_t before = sweeps_start_;
     const long samples = std::lround(std::floor(duration * options_.rate_Hz + 1e-9));
     for (long i = 0; i <= samples; ++i) {
-      const double share = samples > 0 ? static_cast<double>(i) / static_cast<double>(samples) : 0.0;
+      const double done = i, share = samples > 0 ? done / samples : 0.0;
       const Pose at = turned_by(from, span * share);
-      plan_.points.push_back({start + duration * share, cycle_, static_cast<int>(plan_.points.size() - before) + 1, at,
-                              sphere_at(machine_, at, sphere_)});
+      const int place = plan_.points.size() - before + 1;
+      plan_.points.push_back({start + duration * share, cycle_, place, at, sphere_at(machine_, at, sphere_)});
     }
   }
 

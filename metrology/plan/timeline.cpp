@@ -173,7 +173,7 @@ void Timeline::turn(int axis, long turns, double speed, const std::string& says)
   }
   Stage& stage = stages_.back();
   AxisUse& use = stage.axes[axis];
-  const double angle = turn_rad * static_cast<double>(turns), duration = angle / speed;
+  const double angle = turn_rad * turns, duration = angle / speed;
   use.turns = true;
   use.path += angle;
   use.moving += duration;

@@ -116,8 +116,7 @@ Calibration Calibration::fit(const core::Table& table, double contact_radius) {
   }
   if (!has_zero) result.zero_ = (linear.colwise().mean() - moved.colwise().mean() * result.directions_).transpose();
   result.transform_ = core::minimum_norm_solution(centred(linear), centred(moved));
-  result.residual_rms_ = std::sqrt((centred(linear) * result.transform_ - centred(moved)).squaredNorm() /
-                                   static_cast<double>(moved.size()));
+  result.residual_rms_ = std::sqrt((centred(linear) * result.transform_ - centred(moved)).squaredNorm() / moved.size());
   return result;
 }
 

@@ -29,7 +29,7 @@ std::vector<Span> spans_of(const Table& raw, Index points) {
   for (Index i = 0; i < raw.rows(); ++i) {
     const double number = raw.values(i, *column);
     if (std::isnan(number)) continue;
-    if (number != std::round(number) || number < 1 || number > static_cast<double>(points)) {
+    if (number != std::round(number) || number < 1 || number > points) {
       throw InputError(fmt::format("{}:{} point", raw.source, Table::line_of_row(i)), fmt::format("{}", number),
                        fmt::format("a row of points.csv, 1 to {}, or a blank", points));
     }
@@ -82,7 +82,7 @@ std::vector<Eigen::Vector3d> sphere_displacements(const RawSignals& signals, con
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(std::ssize(columns));
     Index count = 0;
     for (Index i = first; i <= last; ++i) {
-      if (raw.values(i, of_point) != static_cast<double>(p + 1)) continue;
+      if (raw.values(i, of_point) != p + 1) continue;
       if (!whole && (raw.values(i, 0) < from || raw.values(i, 0) > to)) continue;
       for (std::size_t k = 0; k < columns.size(); ++k) {
         const double reading = raw.values(i, columns[k]);

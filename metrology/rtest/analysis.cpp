@@ -86,7 +86,7 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
   const int orders = std::max(0, record.harmonics - 1);
   const Turning axis = orders > 0 ? outermost(record) : Turning();
   const MatrixXd shifts = record.table_shift ? table_shifts(record, cycle) : MatrixXd(3, 0);
-  const auto last = static_cast<int>(std::ssize(record.chain.table)) - 1;
+  const Index last = std::ssize(record.chain.table) - 1;
   result.harmonics = 6 * orders;
   result.rows = MatrixXd::Zero(3 * points, errors + result.harmonics + shifts.cols());
   result.deviation.resize(3 * points);

@@ -59,8 +59,7 @@ std::vector<ArcFit> fit_cycles(const RTestRecord& record, CircleMethod method) {
   const std::vector<mesh::ChainAxis>& branch = axis.table_side ? record.chain.table : record.chain.tool;
   const auto at = std::find_if(branch.begin(), branch.end(), [&](const mesh::ChainAxis& a) { return a.id == id; });
   const RTestPoint& first = record.cycles.front().points.front();
-  const Eigen::Isometry3d carrier =
-      mesh::KinematicChain::frame(branch, static_cast<int>(at - branch.begin()) - 1, first.positions);
+  const Eigen::Isometry3d carrier = mesh::KinematicChain::frame(branch, at - branch.begin() - 1, first.positions);
   const Eigen::Index letter = along(axis);
   const Vector3d direction = axis.direction[letter] < 0.0 ? Vector3d(-axis.direction) : axis.direction;
   const ArcFrame frame = ArcFrame::about(carrier.linear() * direction,

@@ -30,7 +30,7 @@ void take_displacements(RTestRecord& record, const ProbeSetup& setup, const std:
   for (RTestCycle& cycle : record.cycles) {
     for (RTestPoint& point : cycle.points) {
       const Eigen::Matrix3d carrier =
-          mesh::KinematicChain::frame(branch, static_cast<int>(std::ssize(branch)) - 1, point.positions).linear();
+          mesh::KinematicChain::frame(branch, std::ssize(branch) - 1, point.positions).linear();
       point.deviation = (setup.on_table ? 1.0 : -1.0) * (carrier * displacements[at++]);
     }
   }

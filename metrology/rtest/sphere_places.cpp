@@ -20,7 +20,7 @@ namespace {
 
 /// Place of the sphere on the table.
 PlaceOf sphere_of(const RTestRecord& record) {
-  const int last = std::ssize(record.chain.table) - 1;
+  const Eigen::Index last = std::ssize(record.chain.table) - 1;
   return [&record, last](const RTestPoint& point) -> Vector3d {
     return mesh::KinematicChain::frame(record.chain.table, last, point.positions).inverse() * point.nominal;
   };

@@ -18,7 +18,7 @@ namespace {
 
 /// Place of the tool point.
 PlaceOf tool_of(const RTestRecord& record) {
-  const int last = std::ssize(record.chain.tool) - 1;
+  const Eigen::Index last = std::ssize(record.chain.tool) - 1;
   return [&record, last](const RTestPoint& point) -> Vector3d {
     return mesh::KinematicChain::frame(record.chain.tool, last, point.positions).inverse() * point.nominal;
   };

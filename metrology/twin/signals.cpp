@@ -66,9 +66,9 @@ RawSignals probe_signals(const mesh::Machine& machine, const std::vector<Planned
     const Vector3d sphere = (setup.on_table ? 1.0 : -1.0) * (carrier.transpose() * deviation);
     const VectorXd readings = probe_readings(setup.directions, setup.contact_radius, sphere);
     for (Index i = 0; i < samples; ++i, ++row) {
-      const double share = samples > 1 ? static_cast<double>(i) / static_cast<double>(samples - 1) - 0.5 : 0.0;
+      const double done = i, share = samples > 1 ? done / (samples - 1) - 0.5 : 0.0;
       signals.raw.values(row, 0) = points[p].time + share * setup.record;
-      signals.raw.values(row, 1) = static_cast<double>(p + 1);
+      signals.raw.values(row, 1) = p + 1;
       for (Index k = 0; k < probes; ++k)
         signals.raw.values(row, 2 + k) = (readings[k] + setup.noise * normal()) / units::um;
     }

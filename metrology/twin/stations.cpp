@@ -92,7 +92,7 @@ Stations stations_of(const Machine& machine, const std::vector<PlannedPoint>& po
   const std::size_t count = std::max(nodes, static_cast<std::size_t>(std::ceil((high - low) / spacing)) + 1);
   std::size_t next = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    const double wanted = low + (high - low) * static_cast<double>(k) / static_cast<double>(count - 1);
+    const double wanted = low + (high - low) * k / (count - 1);
     while (next + 1 < sorted.size() && sorted[next]->pose[axis] < wanted - same) ++next;
     if (stations.poses.empty() || sorted[next]->pose[axis] > stations.poses.back()[axis] + same)
       stations.poses.push_back(sorted[next]->pose);

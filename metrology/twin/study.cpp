@@ -27,8 +27,8 @@ struct Squares {
   }
   Figures rms() const {
     Figures figures;
-    if (count[0] > 0) figures.um = std::sqrt(sum[0] / static_cast<double>(count[0]));
-    if (count[1] > 0) figures.um_per_m = std::sqrt(sum[1] / static_cast<double>(count[1]));
+    if (count[0] > 0) figures.um = std::sqrt(sum[0] / count[0]);
+    if (count[1] > 0) figures.um_per_m = std::sqrt(sum[1] / count[1]);
     return figures;
   }
 };
@@ -42,8 +42,7 @@ Figures difference_to(const RTestAnalysis& left, const RTestAnalysis& right) {
   Squares squares;
   for (std::size_t c = 1; c < left.cycles.size(); ++c) {
     for (std::size_t e = 0; e < left.errors.size(); ++e) {
-      const auto at = static_cast<Index>(e);
-      squares.add(left.turns(e), (left.cycles[c].value[at] - right.cycles[c].value[at]) / um);
+      squares.add(left.turns(e), (left.cycles[c].value[e] - right.cycles[c].value[e]) / um);
     }
   }
   return squares.rms();
@@ -56,8 +55,8 @@ double largest_difference(const RTestAnalysis& analysis, const VirtualRun& run, 
   if (of == run.quantities.end()) return std::numeric_limits<double>::quiet_NaN();
   const Index q = of - run.quantities.begin();
   double largest = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t c = 1; c < analysis.cycles.size(); ++c) {
-    const double functional = run.functionals(static_cast<Index>(c), q) - run.functionals(0, q);
+  for (Index c = 1; c < std::ssize(analysis.cycles); ++c) {
+    const double functional = run.functionals(c, q) - run.functionals(0, q);
     largest = std::fmax(largest, std::abs(analysis.cycles[c].value[e] / um - functional));
   }
   return largest;
@@ -119,10 +118,9 @@ RTestStudy study(const mesh::Machine& machine, const std::vector<PlannedPoint>& 
   long inside = 0, all = 0;
   for (int draw = 0; draw < draws; ++draw) {
     RTestRecord record = drifting;
-    const auto one = static_cast<std::uint64_t>(draw);
     take_displacements(
         record, setup,
-        sphere_displacements(probe_signals(machine, points, run.error, setup, seed + one), setup, std::ssize(points)));
+        sphere_displacements(probe_signals(machine, points, run.error, setup, seed + draw), setup, std::ssize(points)));
     const RTestAnalysis found = analyse(record);
     for (std::size_t c = 1; c < found.cycles.size(); ++c) {
       for (Index e = 0; e < std::ssize(found.errors); ++e) {
@@ -132,7 +130,7 @@ RTestStudy study(const mesh::Machine& machine, const std::vector<PlannedPoint>& 
       }
     }
   }
-  if (all > 0) result.covered_percent = 100.0 * static_cast<double>(inside) / static_cast<double>(all);
+  if (all > 0) result.covered_percent = 100.0 * inside / all;
   return result;
 }
 

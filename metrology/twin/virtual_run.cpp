@@ -238,7 +238,7 @@ VirtualRun run_virtually(const solver::FullModel& full, const solver::LoadProgra
           errors.push_back(error_of(machine, one.quantity.poses()[k], history.at(middle, {{one.stations[k], 1.0}})));
         sum += one.quantity(errors);
       }
-      run.functionals(std::ssize(run.middle), q) = sum / static_cast<double>(functionals[q].size());
+      run.functionals(std::ssize(run.middle), q) = sum / functionals[q].size();
     }
     run.middle.push_back(middle);
   }

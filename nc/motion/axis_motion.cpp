@@ -171,7 +171,7 @@ void AxisMotion::elements(const Move& move, const std::string& file, const std::
                         : 1;
   std::vector<Part> stack;
   for (int k = parts; k > 0; --k) {
-    const double u0 = static_cast<double>(k - 1) / parts, u1 = static_cast<double>(k) / parts;
+    const double end = k, u0 = (end - 1.0) / parts, u1 = end / parts;
     stack.push_back(
         {u0, u1, positions(values_at(move, u0), move), positions(k == parts ? move.to : values_at(move, u1), move), 0});
   }

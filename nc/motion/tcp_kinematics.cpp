@@ -20,7 +20,7 @@ TcpKinematics::TcpKinematics(const mesh::Machine& machine) {
   for (const auto* chain : {&tool_, &table_}) {
     for (const Link& link : *chain) {
       if (!link.linear || column_[link.axis] >= 0) continue;
-      column_[link.axis] = static_cast<int>(linear_.size());
+      column_[link.axis] = linear_.size();
       linear_.push_back(link.axis);
     }
   }

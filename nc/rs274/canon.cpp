@@ -55,7 +55,7 @@ Nine to_program(Nine p) {
 }
 
 void move(Kind kind, int line, const Nine& to) {
-  write_values(kind, 0, static_cast<std::uint32_t>(line), to.data(), 9);
+  write_values(kind, 0, line, to.data(), 9);
   state.position = to_machine(to);
 }
 
@@ -124,13 +124,13 @@ void RIGID_TAP(int line, double x, double y, double z, double) {
   Nine to = to_program(state.position);
   to[0] = x, to[1] = y, to[2] = z;
   // Down and back: the tool ends where it was.
-  write_values(Kind::tap, 0, static_cast<std::uint32_t>(line), to.data(), 9);
+  write_values(Kind::tap, 0, line, to.data(), 9);
 }
 void ARC_FEED(int line, double first_end_, double second_end_, double first, double second, int rotation, double end,
               double a, double b, double c, double u, double v, double w) {
   const std::array<double, arc_values> values{
       first_end_, second_end_, first, second, static_cast<double>(rotation), end, a, b, c, u, v, w};
-  write_values(Kind::arc, 0, static_cast<std::uint32_t>(line), values.data(), arc_values);
+  write_values(Kind::arc, 0, line, values.data(), arc_values);
   Nine to{0, 0, 0, a, b, c, u, v, w};
   switch (state.plane) {
     case CANON_PLANE_YZ: to[1] = first_end_, to[2] = second_end_, to[0] = end; break;
@@ -191,7 +191,7 @@ void USE_NO_SPINDLE_FORCE() {}
 void SET_TOOL_TABLE_ENTRY(int pocket, int number, EmcPose tool_offset, double diameter, double front, double back,
                           int orientation) {
   auto& table = tool_table();
-  if (pocket < 0 || static_cast<std::size_t>(pocket) >= table.size()) return;
+  if (pocket < 0 || pocket >= std::ssize(table)) return;
   CANON_TOOL_TABLE& tool = table[pocket];
   tool.toolno = number;
   tool.offset = tool_offset;
@@ -348,7 +348,7 @@ int GET_EXTERNAL_TOOL_SLOT() { return state.slot; }
 int GET_EXTERNAL_SELECTED_TOOL_SLOT() { return state.selected; }
 CANON_TOOL_TABLE GET_EXTERNAL_TOOL_TABLE(int pocket) {
   const auto& table = tool_table();
-  if (pocket < 0 || static_cast<std::size_t>(pocket) >= table.size()) return no_tool();
+  if (pocket < 0 || pocket >= std::ssize(table)) return no_tool();
   return table[pocket];
 }
 int GET_EXTERNAL_TC_FAULT() { return 0; }

@@ -178,7 +178,7 @@ void run(InterpBase& interpreter, const Job& job) {
   for (;;) {
     const int read = interpreter.read();
     name_file(interpreter, file);
-    begin_block(static_cast<std::uint32_t>(interpreter.sequence_number()), interpreter.call_level());
+    begin_block(interpreter.sequence_number(), interpreter.call_level());
     if (read == INTERP_ENDFILE) break;
     if (read > INTERP_MIN_ERROR && job.open_end && may_end && is_open_end(interpreter, read)) {
       write_setting(Setting::open_end, 1);

@@ -59,14 +59,14 @@ void write_values(Kind kind, std::uint8_t index, std::uint32_t line, const doubl
   std::uint16_t mask = 0;
   std::size_t n = 0;
   for (int i = 0; i < count; ++i) {
-    const auto bit = static_cast<std::uint16_t>(1U << static_cast<unsigned>(i));
+    const std::uint16_t bit = 1U << i;
     // Bits, so that -0 and 0 differ and the host has what was meant.
     if (!whole && (known[k] & bit) != 0 && std::memcmp(&last[k][i], &values[i], sizeof(double)) == 0) continue;
     last[k][i] = values[i];
     changed[n++] = values[i];
-    mask = static_cast<std::uint16_t>(mask | bit);
+    mask |= bit;
   }
-  known[k] = static_cast<std::uint16_t>(known[k] | mask);
+  known[k] |= mask;
   append({kind, index, mask, line}, changed.data(), n * sizeof(double));
   ran = true;  // a skipped line calls nothing
   if (kind == Kind::traverse || kind == Kind::feed || kind == Kind::arc || kind == Kind::tap || kind == Kind::probe) {

@@ -26,7 +26,7 @@ void load_tool(int entry) {
   std::vector<CANON_TOOL_TABLE>& table = tool_table();
   CANON_TOOL_TABLE tool = no_tool();
   tool.toolno = 0;
-  if (entry > 0 && static_cast<std::size_t>(entry) < table.size()) tool = table[entry];
+  if (entry > 0 && entry < std::ssize(table)) tool = table[entry];
   tool.pocketno = entry > 0 ? entry : 0;
   table[0] = tool;
 }
@@ -36,7 +36,7 @@ void load_tool(int entry) {
 // What the library calls; 0 is success.
 int tooldata_get(CANON_TOOL_TABLE* tool, int entry) {
   const auto& table = thermotwin::nc::rs274::tool_table();
-  if (entry < 0 || static_cast<std::size_t>(entry) >= table.size()) {
+  if (entry < 0 || entry >= std::ssize(table)) {
     *tool = thermotwin::nc::rs274::no_tool();
     return entry < 0 || entry >= CANON_POCKETS_MAX ? 2 : 0;
   }

@@ -39,7 +39,7 @@ void image_of_columns(const solver::SparseMatrix& symmetric, const Eigen::Ref<co
 Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
   Eigen::MatrixXd image(x.rows(), x.cols());
   core::parallel_for(0, chunks_of(x.cols()), [&](Eigen::Index c) {
-    const Eigen::Index begin = c * chunk_columns, count = std::min(x.cols() - begin, Eigen::Index{chunk_columns});
+    const Eigen::Index begin = c * chunk_columns, count = std::min<Eigen::Index>(x.cols() - begin, chunk_columns);
     solver::over_columns<chunk_columns>(count, [&](auto width, Eigen::Index first) {
       image_of_columns<decltype(width)::value>(matrix, x, begin + first, image);
     });

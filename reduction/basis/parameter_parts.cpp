@@ -42,8 +42,8 @@ std::vector<Eigen::MatrixXd> capacities(const solver::FullModel& full, const Eig
     all[b] = 0.5 * (own + own.transpose());
   });
   const std::vector<mesh::VolumeSpec>& volumes = mesh.machine.volumes;
-  for (std::size_t v = 0; v < volumes.size(); ++v) {
-    const Eigen::RowVectorXd row = basis.row(basis.rows() - std::ssize(volumes) + static_cast<Eigen::Index>(v));
+  for (Eigen::Index v = 0; v < std::ssize(volumes); ++v) {
+    const Eigen::RowVectorXd row = basis.row(basis.rows() - std::ssize(volumes) + v);
     all.push_back(volumes[v].capacity.value * row.transpose() * row);
   }
   return all;

@@ -50,16 +50,15 @@ struct Skin {
   }
   void move_seeds() {
     std::vector<Index> moved;
-    for (std::size_t s = 0; s < seeds.size(); ++s) {
+    for (int s = 0; s < std::ssize(seeds); ++s) {
       Vector3d middle = Vector3d::Zero();
       double sum = 0.0;
       for (Index f = 0; f < centre.cols(); ++f)
-        if (cluster[f] == static_cast<int>(s)) middle += area[f] * centre.col(f), sum += area[f];
+        if (cluster[f] == s) middle += area[f] * centre.col(f), sum += area[f];
       middle /= sum;
       Index nearest = seeds[s];
       for (Index f = 0; f < centre.cols(); ++f) {
-        if (cluster[f] == static_cast<int>(s) &&
-            (centre.col(f) - middle).squaredNorm() < (centre.col(nearest) - middle).squaredNorm())
+        if (cluster[f] == s && (centre.col(f) - middle).squaredNorm() < (centre.col(nearest) - middle).squaredNorm())
           nearest = f;
       }
       moved.push_back(nearest);
@@ -94,10 +93,10 @@ std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count) {
     Skin& skin = skins[b];
     const mesh::TetMesh& body = mesh.bodies[b];
     for (int i = 0; i < seed_moves; ++i) skin.move_seeds();
-    for (std::size_t s = 0; s < skin.seeds.size(); ++s) {
+    for (int s = 0; s < std::ssize(skin.seeds); ++s) {
       Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
       for (Index f = 0; f < skin.centre.cols(); ++f) {
-        if (skin.cluster[f] != static_cast<int>(s)) continue;
+        if (skin.cluster[f] != s) continue;
         for (int i = 0; i < 3; ++i) {
           low = low.cwiseMin(body.points.col(body.faces(i, f)));
           high = high.cwiseMax(body.points.col(body.faces(i, f)));

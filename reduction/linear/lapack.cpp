@@ -59,11 +59,14 @@ public:
     set_blas_threads(n >= worthwhile ? std::max(1U, std::thread::hardware_concurrency()) : 1);
   }
   /// For a product of (m x k) and (k x n).
-  ManyCores(Index m, Index n, Index k) : ManyCores(Index(std::cbrt(double(m) * double(n) * double(k)))) {}
+  ManyCores(Index m, Index n, Index k) : ManyCores(static_cast<Index>(std::cbrt(1.0 * m * n * k))) {}
   ~ManyCores() { set_blas_threads(1); }
   ManyCores(const ManyCores&) = delete;
   ManyCores& operator=(const ManyCores&) = delete;
 };
+
+/// Room that LAPACK asks for in the first entry of its work.
+int asked_size(const std::vector<double>& work) { return static_cast<int>(work[0]); }
 
 void require(int info, const char* what, Index n) {
   if (info != 0)
@@ -104,7 +107,7 @@ Schur schur(MatrixXd matrix) {
   int found = 0, info = 0, size = -1;
   dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
          work.data(), &size, nullptr, &info);
-  size = static_cast<int>(work[0]);
+  size = asked_size(work);
   work.resize(size);
   dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
          work.data(), &size, nullptr, &info);
@@ -124,7 +127,7 @@ std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric) {
   int info = 0, size = -1, integer_size = -1;
   dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size,
           integers.data(), &integer_size, &info);
-  size = static_cast<int>(work[0]);
+  size = asked_size(work);
   integer_size = integers[0];
   work.resize(size);
   integers.resize(integer_size);
@@ -146,7 +149,7 @@ SymmetricPair symmetric_eigen(MatrixXd matrix) {
   int info = 0, size = -1, integer_size = -1;
   dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size,
           &info);
-  size = static_cast<int>(work[0]);
+  size = asked_size(work);
   integer_size = integers[0];
   work.resize(size);
   integers.resize(integer_size);
@@ -194,7 +197,7 @@ Svd svd(MatrixXd matrix) {
   int info = 0, size = -1;
   dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
           &size, integers.data(), &info);
-  size = static_cast<int>(work[0]);
+  size = asked_size(work);
   work.resize(size);
   dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
           &size, integers.data(), &info);
@@ -209,7 +212,7 @@ MatrixXd triangle_of_qr(MatrixXd matrix) {
   std::vector<double> tau(n), work(1);
   int info = 0, size = -1;
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
-  size = static_cast<int>(work[0]);
+  size = asked_size(work);
   work.resize(size);
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
   require(info, "the QR factorisation", m);

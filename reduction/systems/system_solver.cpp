@@ -46,7 +46,7 @@ void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
 
 std::vector<Index> by_dominance(const Eigen::VectorXcd& values, const Eigen::VectorXd& dominance, Index count) {
   std::vector<Index> order(values.size());
-  std::iota(order.begin(), order.end(), Index(0));
+  std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return dominance(a) > dominance(b); });
   std::vector<bool> taken(order.size(), false);
   std::vector<Index> chosen;

@@ -161,12 +161,12 @@ KeyPoses key_poses(const mesh::Machine& machine, const std::vector<mesh::Pose>& 
   std::vector<Range> ranges;
   mesh::Pose middle = mesh::home_pose(machine);
   for (const bool linear : {true, false}) {
-    for (std::size_t a = 0; a < machine.axes.size(); ++a) {
+    for (Index a = 0; a < std::ssize(machine.axes); ++a) {
       if ((machine.axes[a].kind == mesh::AxisKind::linear) != linear) continue;
       const std::vector<double> positions = positions_of(grid, a);
       middle[a] = positions[positions.size() / 2];
       if (positions.size() > 1 && ranges.size() < most_key_axes)
-        ranges.push_back({static_cast<Index>(a), positions.front(), positions.back()});
+        ranges.push_back({a, positions.front(), positions.back()});
     }
   }
   KeyPoses keys;

@@ -38,7 +38,7 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
       places_(options.choosable < 0 ? places.rows() : options.choosable),
       parameters_(std::ssize(parameters)) {
   options.validate();
-  const double poses = static_cast<double>(tcp.rows()) / 3.0;
+  const double poses = tcp.rows() / 3.0;
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const LoadResponses& load = loads[l];
     double before = 0.0;
@@ -98,7 +98,7 @@ Left SensorChoice::left(const std::vector<int>& sensors) const {
     const auto found = mistaken.head(parameters_);
     mesh_um2 += time.mesh_um2 + found.dot(time.tcp * found);
   }
-  const double count = std::max<double>(1.0, static_cast<double>(times_.size()));
+  const double count = std::max<double>(1.0, times_.size());
   return {std::sqrt(std::max(variance_um2, 0.0) / count), std::sqrt(std::max(mesh_um2, 0.0) / count)};
 }
 

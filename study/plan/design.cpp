@@ -116,7 +116,7 @@ Design make_design(const StudyPlan& plan) {
   const std::vector<VectorXd> fixed = combinations(plan);
   const bool any_drawn = !design.drawn.empty();
   const MatrixXd values = any_drawn ? draws(plan, design.drawn) : MatrixXd(1, 0);
-  design.rows = static_cast<int>(any_drawn ? values.rows() : std::ssize(fixed));
+  design.rows = any_drawn ? values.rows() : std::ssize(fixed);
   for (const std::string& size : plan.sizes) {
     if (!any_drawn) {
       // Fixed values alone: their combinations are the variants of one group.

@@ -34,7 +34,7 @@ Distribution Distribution::normal(double mean, double std) {
 
 double Distribution::at(double share) const {
   if (spread == Spread::values) {
-    const auto place = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+    const auto place = static_cast<std::size_t>(share * values.size());
     return values[std::min(place, values.size() - 1)];
   }
   if (spread == Spread::uniform) return low + share * (high - low);

@@ -26,7 +26,7 @@ double clip(double share) { return std::clamp(share, 0.0, 1.0); }
 
 /// Standard error of each column by the jackknife. @param without  (samples x values) estimates without a sample
 VectorXd jackknife(const MatrixXd& without) {
-  const double n = static_cast<double>(without.rows());
+  const double n = without.rows();
   const Eigen::RowVectorXd mean = without.colwise().mean();
   return ((n - 1.0) / n * (without.rowwise() - mean).colwise().squaredNorm()).cwiseSqrt().transpose();
 }
@@ -56,7 +56,7 @@ public:
 
 private:
   double of(double product, double square, double mean, Index count) const {
-    const double level = mean / static_cast<double>(count), variance = square - level;
+    const double level = mean / count, variance = square - level;
     // Samples that are all alike correlate: what makes no difference has a total share of 0.
     return variance > 1e-14 * square_ ? std::clamp((product - level) / variance, -1.0, 1.0) : 1.0;
   }
@@ -69,8 +69,7 @@ private:
 /// A correlation with its 95 % interval: by the jackknife on Fisher's scale. @param without  (samples)
 Share with_interval(double value, const VectorXd& without) {
   const auto scaled = [](double r) { return std::atanh(std::clamp(r, -nearly_one, nearly_one)); };
-  const double half =
-      deviations95_of(static_cast<double>(without.size() - 1)) * jackknife(without.unaryExpr(scaled))[0];
+  const double half = deviations95_of(without.size() - 1) * jackknife(without.unaryExpr(scaled))[0];
   const double at = scaled(value);
   return {value, std::min(value, std::tanh(at - half)), std::max(value, std::tanh(at + half))};
 }
@@ -130,7 +129,7 @@ public:
     }
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
     // By chance alone a product explains 1 / n of what is left.
-    const double worth = 8.0 / static_cast<double>(n);
+    const double worth = 8.0 / n;
     for (const auto& [gain, pair] : found) {
       if (gain < worth || std::ssize(pairs_) >= most) break;
       pairs_.push_back(pair);
@@ -194,7 +193,7 @@ Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
   const MatrixXd a = series(0), b = series(1);
   const Correlation by_chance(a, b);
   Sensitivity result;
-  const double count = static_cast<double>(n);
+  const double count = n;
   result.variance =
       (a.squaredNorm() + b.squaredNorm() - (a + b).colwise().sum().squaredNorm() / (2.0 * count)) / (2.0 * count - 1.0);
   for (Index i = 0; i < parameters; ++i) {
@@ -229,7 +228,7 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
   const MatrixXd coefficients = inverse_x * scores;
   const MatrixXd left = scores - x * coefficients;
   const VectorXd leverage = x.cwiseProduct(inverse_x.transpose()).rowwise().sum();
-  const double degrees = static_cast<double>(n - x.cols());
+  const double degrees = n - x.cols();
   const double noise = left.squaredNorm() / degrees;  // of all outputs together
   // A squared coefficient is too large by its variance.
   const VectorXd column_variance = inverse_x.rowwise().squaredNorm();
@@ -257,7 +256,7 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
   const VectorXd error = jackknife(without);
   Sensitivity result;
   result.variance = found[2 * d];
-  result.unexplained = std::min(1.0, unseen / static_cast<double>(n) / result.variance);
+  result.unexplained = std::min(1.0, unseen / n / result.variance);
   result.products = regression.pairs().size();
   for (Index i = 0; i < 2 * d; ++i) {
     const double root = std::sqrt(found[i]), half = deviations95 * error[i];

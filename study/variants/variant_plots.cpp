@@ -69,7 +69,7 @@ std::string quantiles_svg(const LoadStudy& load, Index pose, Index poses) {
 std::string shares_svg(const std::vector<std::string>& names, const Sensitivity& sensitivity, std::size_t most) {
   std::vector<std::size_t> order = by_total(sensitivity);
   if (order.size() > most) order.resize(most);
-  const auto rows = static_cast<double>(order.size());
+  const double rows = order.size();
   core::Axis share{"share of the variance", false, 0.0, 1.0}, down{"", false, rows, 0.0};
   const double height = 26.0 * rows;
   core::Plot plot(900, height + 84, "first-order and total share of each parameter");
@@ -78,7 +78,7 @@ std::string shares_svg(const std::vector<std::string>& names, const Sensitivity&
   panel.x_axis(true);
   for (std::size_t k = 0; k < order.size(); ++k) {
     const Share &first = sensitivity.first[order[k]], &total = sensitivity.total[order[k]];
-    const double at = static_cast<double>(k);
+    const double at = k;
     panel.box(0.0, std::clamp(first.value, 0.0, 1.0), at + 0.12, at + 0.48, Ink::blue, 0.6);
     panel.stroke(first.low, at + 0.30, first.high, at + 0.30, Ink::blue);
     panel.box(0.0, std::clamp(total.value, 0.0, 1.0), at + 0.52, at + 0.88, Ink::orange, 0.6);

@@ -55,7 +55,7 @@ VariantRecorder::VariantRecorder(const mesh::Machine& machine, const std::vector
 }
 
 void VariantRecorder::add(const solver::OutputState& output) {
-  const auto index = static_cast<Index>(output.index), load = static_cast<Index>(output.load);
+  const Index index = output.index, load = output.load;
   states_.col(load) = output.state;
   auto sensors = tables_[output.load].sensors.values.row(index);
   sensors[0] = output.time;
@@ -67,10 +67,10 @@ void VariantRecorder::add(const solver::OutputState& output) {
     const Index width = std::min(columns_at_once, states_.cols() - first);
     values.middleCols(first, width).noalias() = rows_ * states_.middleCols(first, width);
   });
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
+  for (Index i = 0; i < std::ssize(poses_); ++i) {
     const Eigen::VectorXd position = mesh::pose_values(machine_, poses_[i]);
     for (std::size_t v = 0; v < tables_.size(); ++v) {
-      auto row = tables_[v].tcp.values.row(index * std::ssize(poses_) + static_cast<Index>(i));
+      auto row = tables_[v].tcp.values.row(index * std::ssize(poses_) + i);
       row[0] = output.time;
       row.segment(1, position.size()) = position.transpose();
       row.tail(error_columns) = values.col(v).segment(error_columns * i, error_columns).transpose();

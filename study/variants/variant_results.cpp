@@ -123,9 +123,9 @@ std::string obstacle(const StudyPlan& plan, const Design& design, std::size_t pr
     if (present < rows) return fmt::format("{} of {} variants have results, and pick_freeze needs all", present, rows);
     return plan.samples < 4 ? "pick_freeze needs 4 samples or more" : "";
   }
-  if (present >= static_cast<std::size_t>(least_samples(drawn))) return "";
-  return fmt::format("{} samples of {} parameters; sensitivities need {} or more", present, drawn,
-                     least_samples(drawn));
+  const std::size_t least = least_samples(drawn);
+  if (present >= least) return "";
+  return fmt::format("{} samples of {} parameters; sensitivities need {} or more", present, drawn, least);
 }
 
 LoadStudy study_load(const StudyPlan& plan, const Design& design, const Block& block, const std::string& load,
@@ -174,7 +174,7 @@ std::string by_pose(const mesh::Machine& machine, const VariantStudy& results, c
       text += results.drawn[p];
       for (const double value : mesh::pose_values(machine, results.poses[i])) text += fmt::format(",{:.9g}", value);
       // Of the length at one time, on average over the times.
-      const double times = static_cast<double>(load.quantiles.rows()) / static_cast<double>(load.at_poses.size());
+      const double rows = load.quantiles.rows(), times = rows / load.at_poses.size();
       text += fmt::format(",{:.6g},", std::sqrt(load.at_poses[i].variance / times));
       text += share_words(load.at_poses[i], p) + "\n";
     }
@@ -190,8 +190,8 @@ core::Table variants_table(const StudyPlan& plan, const Design& design, const st
   table.values.resize(std::ssize(design.variants), std::ssize(table.columns));
   for (Index v = 0; v < table.rows(); ++v) {
     const Variant& variant = design.variants[v];
-    table.values(v, 0) = static_cast<double>(v + 1);
-    table.values(v, 1) = static_cast<double>(variant.group + 1);
+    table.values(v, 0) = v + 1;
+    table.values(v, 1) = variant.group + 1;
     table.values.row(v).segment(2, std::ssize(plan.parameters)) = variant.values.transpose();
     table.values(v, table.values.cols() - 1) = results[v];
   }
@@ -241,7 +241,7 @@ VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& 
   VariantStudy results;
   const mesh::Machine& machine = plan.machine_case.machine;
   results.poses = mesh::workspace_poses(machine);
-  results.loads = static_cast<int>(plan.loads.size());
+  results.loads = plan.loads.size();
   results.results.assign(design.variants.size(), 0);
   for (const int p : design.drawn) results.drawn.push_back(plan.parameters[p].name);
   const std::vector<Unit> plain(units.begin(), units.end());

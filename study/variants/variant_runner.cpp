@@ -39,8 +39,8 @@ namespace {
 constexpr double vectors_per_variant = 16.0;
 
 double block_bytes(const VariantUnit& unit, Eigen::Index size, int recycled) {
-  return static_cast<double>(unit.variants.size()) * static_cast<double>(size) *
-         (vectors_per_variant + 2.0 * recycled) * sizeof(double);
+  const double values = size;
+  return values * unit.variants.size() * (vectors_per_variant + 2.0 * recycled) * sizeof(double);
 }
 
 void require_memory_of(const StudyPlan& plan, const VariantUnit& unit, Eigen::Index size, int recycled) {
@@ -147,11 +147,10 @@ std::vector<VariantTables> VariantRunner::on_full_model(const VariantUnit& unit,
 
 double disk_need(const StudyPlan& plan, const VariantUnit& unit) {
   const mesh::Machine& machine = plan.machine_case.machine;
-  const auto poses = static_cast<double>(mesh::workspace_poses(machine).size());
-  const double per_row = static_cast<double>(7 + machine.axes.size());
-  const auto outputs = static_cast<double>(plan.machine_case.load(unit.load).output_times().size());
-  return static_cast<double>(unit.variants.size()) *
-         table_bytes(outputs * (poses * per_row + static_cast<double>(machine.sensors.size()) + 1.0));
+  const double poses = mesh::workspace_poses(machine).size();
+  const double per_row = 7 + machine.axes.size();
+  const double outputs = plan.machine_case.load(unit.load).output_times().size();
+  return unit.variants.size() * table_bytes(outputs * (poses * per_row + machine.sensors.size() + 1.0));
 }
 
 MemoryWanted memory_need(const StudyPlan& plan, const std::vector<VariantUnit>& units,

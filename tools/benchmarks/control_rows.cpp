@@ -71,7 +71,7 @@ private:
 void print_quantiles(const std::string& name, std::vector<double> times) {
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {
-    return times[std::min(times.size() - 1, static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+    return times[std::min(times.size() - 1, static_cast<std::size_t>(share * times.size()))];
   };
   for (const auto& [word, share] : {std::pair{"median", 0.5}, {"999", 0.999}, {"9999", 0.9999}, {"most", 1.0}})
     print((name + "_" + word).c_str(), at(share));
@@ -92,8 +92,8 @@ public:
     tt_twin_row(&twin_, t, row.data(), readings.size() > 0 ? readings.data() : nullptr);
   }
   const tt_twin& get() const { return twin_; }
-  double state_kB() const { return 8e-3 * static_cast<double>(state_.size()); }
-  double work_MB() const { return 8e-6 * static_cast<double>(work_.size()); }
+  double state_kB() const { return 8e-3 * state_.size(); }
+  double work_MB() const { return 8e-6 * work_.size(); }
 
 private:
   std::vector<std::uint64_t> state_, work_;

@@ -51,7 +51,7 @@ void measure_plan(const MeasurePlanOptions& options) {
     ++cycles;
     measuring += stage.duration;
   }
-  const double each = measuring / static_cast<double>(cycles);
+  const double each = measuring / cycles;
   const nlohmann::json json = {
       {"kind", options.kind},  {"tested", plan.tested},         {"duration_s", plan.timeline.now()},
       {"cycles", cycles},      {"points", plan.points.size()},  {"blocks", blocks},

@@ -115,8 +115,7 @@ const nlohmann::json& Answers::give(const ServedRow& row, nlohmann::json answer)
     answer["time_s"] = time_;
   answer["guard"] = text_of(guard_ ? guard_->state() : compensation::GuardState::holding);
   answer["axes"] = axes_;
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    answer["offset_um"][axes_[i]] = applied_um_[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < axes_.size(); ++i) answer["offset_um"][axes_[i]] = applied_um_[i];
   answer["status"] = with_notes(answer.value("status", "failed"), row.notes);
   for (const char* inner : {"wanted_um", "motion_um", "limits"}) answer.erase(inner);
   return last_ = std::move(answer);

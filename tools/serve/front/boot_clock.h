@@ -9,7 +9,7 @@ namespace thermotwin::tools {
 inline double boot_s() {
   timespec now{};
   clock_gettime(CLOCK_BOOTTIME, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
 }  // namespace thermotwin::tools
