@@ -46,6 +46,38 @@ std::vector<std::string> includes_of(const std::string& text) {
   return names;
 }
 
+std::string bare(const std::string& text) {
+  std::string code;
+  const auto skip = [&](std::size_t from, std::size_t to) {
+    to = std::min(to, text.size());
+    code += ' ';
+    code.append(std::count(text.begin() + from, text.begin() + to, '\n'), '\n');
+    return to;
+  };
+  const auto behind = [&](const std::string& end, std::size_t from) {
+    const std::size_t at = text.find(end, from);
+    return at == std::string::npos ? text.size() : at + end.size();
+  };
+  for (std::size_t i = 0; i < text.size();) {
+    const bool in_word = i > 0 && (std::isalnum(static_cast<unsigned char>(text[i - 1])) != 0 || text[i - 1] == '_');
+    if (text.compare(i, 2, "//") == 0) {
+      i = skip(i, text.find('\n', i));
+    } else if (text.compare(i, 2, "/*") == 0) {
+      i = skip(i, behind("*/", i + 2));
+    } else if (text.compare(i, 2, "R\"") == 0 && !in_word) {
+      const std::size_t open = text.find('(', i);
+      i = skip(i, behind(")" + text.substr(i + 2, open - i - 2) + "\"", open));
+    } else if (text[i] == '"' || (text[i] == '\'' && !in_word)) {  // in a number, ' parts digits
+      std::size_t end = i + 1;
+      while (end < text.size() && text[end] != text[i]) end += text[end] == '\\' ? 2 : 1;
+      i = skip(i, end + 1);
+    } else {
+      code += text[i++];
+    }
+  }
+  return code;
+}
+
 std::vector<std::string> layer_names() {
   std::vector<std::string> names;
   for (const Layer& layer : house) names.push_back(layer.name);

@@ -26,12 +26,21 @@ inline const std::vector<Layer> house = {
     {"study", {"plan", "statistics", "units", "variants", "placement", "tests"}},
     {"tools", {}}};
 
+/// Casts in every spelling, in a line without comments and literals: static_cast<T>(x) and matrix.cast<T>(); double(x)
+/// and int{x}, where x is no number; (T)x. (void)x converts nothing, it states that x is not used.
+inline const std::vector<std::string> casts = {
+    R"(\w*cast<)",
+    R"((?:^|[^\w<:.>])(?:std::|Eigen::)?(?:[a-z]*(?:size|ptrdiff|int\d+|intptr|time)_t|Index|bool|char|short|int|long|unsigned|float|double)(?:\((?![)*])|\{(?=[A-Za-z_(*&])))",
+    R"((?:^|[^\w)\]>]|\breturn |\belse )\((?!void\))(?:\w+::)*\w+(?: \w+)*[ *&]*(?:const)?[ *]*\)(?=[\w(*&~!\-"]))"};
+
 struct Source {
   std::filesystem::path path;  ///< from the root of the tree
   std::string text;
 };
 std::vector<Source> sources_below(const std::vector<std::string>& folders);
 std::vector<std::string> includes_of(const std::string& text);
+/// The text without comments and literals of characters and texts; breaks of lines stay.
+std::string bare(const std::string& text);
 std::vector<std::string> layer_names();
 
 /// Position of the first folder of a path in the order of the layers; -1 for other folders.
