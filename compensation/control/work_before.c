@@ -20,6 +20,7 @@ enum { slice_products = 60000 }; /* multiplications of a slice, about */
 enum { job_none, job_modes, job_left, job_offers, job_gram, job_patterns, job_done, job_failed };
 enum { at_job, at_item, at_kind, at_count, at_predicts, at_start, at_shapes, progress_count };
 enum { offers = tt_past_idles * tt_past_sizes };
+enum { leave_parts = 2 + tt_past_idles / 2 }; /* of leave() */
 
 static int order_of(const tt_past* w) { return w->model->sensors->order; }
 static int measured_of(const tt_past* w) { return w->model->sensors->measured; }
@@ -80,31 +81,41 @@ void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix) {
   begin(w, job_modes);
 }
 
-/* What one heat leaves after some hours of work, at all times since. */
-static void leave(tt_past* w, int heat, int on) {
+/* What a heat has left some time after the work, from its amounts in modes of the cooling machine. */
+static void leave_after(tt_past* w, ptrdiff_t column, int idle) {
   const tt_sensor_model* m = w->model->sensors;
-  const ptrdiff_t n = m->order, wide = wide_of(w);
+  const ptrdiff_t n = m->order, wide = wide_of(w), at = idle * wide + column;
+  double *modal = w->warm, *warm = modal + 2 * n;
+  double *left = w->left + at * n, *seen = w->seen + at * m->measured;
+  for (int k = 0; k < n; ++k)
+    modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
+  tt_zero(n, left);
+  tt_gemv(n, n, 1.0, w->cooling, modal, left);
+  tt_zero(m->measured, seen);
+  tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, left, seen);
+}
+
+/* What one heat leaves after some hours of work, at all times since; in parts of two products with a matrix at most. */
+static void leave(tt_past* w, int heat, int on, int part) {
+  const ptrdiff_t n = order_of(w);
   const int swept = w->progress[at_kind] == TT_MODES_SWEPT;
   const int column = heat * tt_past_kinds + swept * tt_past_hours + on;
   double *modal = w->warm, *state = modal + n, *warm = state + n;
-  tt_zero(3 * n, modal);
-  tt_gemv_t(n, n, 1.0, w->modes, w->heats + heat * n, modal);
-  for (int k = 0; k < n; ++k) {
-    /* (1 - exp(-d t)) / d, also for a part that keeps its heat */
-    const double d = w->decay[k], t = on_h[on] * hour;
-    modal[k] *= d * t > 1e-9 ? -tt_expm1(-d * t) / d : t;
-  }
-  tt_gemv(n, n, 1.0, w->modes, modal, state);
-  tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
-  for (int idle = 0; idle < tt_past_idles; ++idle) {
-    const ptrdiff_t at = idle * wide + column;
-    double *left = w->left + at * n, *seen = w->seen + at * m->measured;
-    for (int k = 0; k < n; ++k)
-      modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
-    tt_zero(n, left);
-    tt_gemv(n, n, 1.0, w->cooling, modal, left);
-    tt_zero(m->measured, seen);
-    tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, left, seen);
+  if (part == 0) {
+    tt_zero(2 * n, modal);
+    tt_gemv_t(n, n, 1.0, w->modes, w->heats + heat * n, modal);
+    for (int k = 0; k < n; ++k) {
+      /* (1 - exp(-d t)) / d, also for a part that keeps its heat */
+      const double d = w->decay[k], t = on_h[on] * hour;
+      modal[k] *= d * t > 1e-9 ? -tt_expm1(-d * t) / d : t;
+    }
+    tt_gemv(n, n, 1.0, w->modes, modal, state);
+  } else if (part == 1) {
+    tt_zero(n, warm);
+    tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
+    leave_after(w, column, 0);
+  } else {
+    for (int idle = 2 * part - 3; idle < 2 * part - 1 && idle < tt_past_idles; ++idle) leave_after(w, column, idle);
   }
 }
 
@@ -221,7 +232,8 @@ int tt_past_shapes(const tt_past* w) { return w->progress[at_shapes]; }
 
 int tt_past_slices(const tt_past_model* model) {
   const int n = model->sensors->order, offered = tt_past_idles * (model->heats + 1), each = items_of_offers(model);
-  const int modes = tt_eigen_slices(n) + tt_past_hours * model->heats + 1, patterns = n + tt_eigen_slices(n) + 1;
+  const int modes = tt_eigen_slices(n) + leave_parts * tt_past_hours * model->heats + 1;
+  const int patterns = n + tt_eigen_slices(n) + 1;
   const int weighing = (offered + each - 1) / each, most = modes > patterns ? modes : patterns;
   return weighing > most ? weighing : most;
 }
@@ -251,12 +263,13 @@ static void slice_of_offers(tt_past* w) {
 
 int tt_past_slice(tt_past* w) {
   int *job = &w->progress[at_job], *item = &w->progress[at_item];
+  const int each = leave_parts * tt_past_hours, leaves = each * w->model->heats;
   switch (*job) {
     case job_modes:
     case job_patterns: slice_of_modes(w); break;
     case job_left:
-      if (*item < tt_past_hours * w->model->heats) leave(w, *item / tt_past_hours, *item % tt_past_hours);
-      if (++*item >= tt_past_hours * w->model->heats) *job = job_done;
+      if (*item < leaves) leave(w, *item / each, *item % each / leave_parts, *item % leave_parts);
+      if (++*item >= leaves) *job = job_done;
       break;
     case job_offers: slice_of_offers(w); break;
     case job_gram:

@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 
 constexpr double period_s = 0.1;
 constexpr double start_over_s = 300.0;  ///< machine time that the work of the start is spread over
-constexpr double short_step_s = 10.0;  ///< of the thermal state
+constexpr double short_step_s = 10.0;   ///< of the thermal state
 
 double now(clockid_t clock) {
   timespec time{};
@@ -255,10 +255,10 @@ void live_rows(const std::filesystem::path& model_file, long rows) {
   const compensation::ControlModel control(std::move(data));
   Twin twin(control.model());
   Sensors sensors(control.model());
-  print_times("live", measured(
-                          inputs, sensors, rows,
-                          [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); },
-                          true));
+  print_times("live",
+              measured(
+                  inputs, sensors, rows,
+                  [&](double t, const VectorXd& row, const VectorXd& readings) { twin.row(t, row, readings); }, true));
 }
 
 void compared_rows(const std::filesystem::path& model_file, const std::filesystem::path& folder) {
