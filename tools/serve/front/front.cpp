@@ -4,15 +4,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <cstring>
-#include <fcntl.h>
 #include <map>
 #include <memory>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <system_error>
@@ -29,6 +24,7 @@
 #include "tools/serve/front/model_process.h"
 #include "tools/serve/front/page_link.h"
 #include "tools/serve/front/row_clock.h"
+#include "tools/serve/front/state_lock.h"
 #include "tools/serve/front/takeover.h"
 
 namespace thermotwin::tools {
@@ -44,38 +40,6 @@ constexpr std::size_t enough_ahead = std::size_t{1} << 18U;  ///< bytes of rows 
 constexpr double in_use_s = 5.0;                             ///< a process of the front before may still save its state
 constexpr double same_warning_s = 60.0;                      ///< over so long at most ...
 constexpr int most_warnings = 10;                            ///< ... so many lines of a kind are written
-
-/// One `serve` a state. The lock ends with the process.
-class StateLock {
-public:
-  explicit StateLock(const fs::path& state) {
-    if (const fs::path folder = state.parent_path(); !folder.empty()) {
-      std::error_code ignored;
-      fs::create_directories(folder, ignored);
-    }
-    const std::string name = state.string() + ".serve.lock";
-    file_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (file_ < 0) throw core::InputError(name, std::strerror(errno), "a state in a folder that may be written");
-    if (::flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
-    ::close(file_);
-    throw core::InputError(state.string(), "another `serve` goes on from this state",
-                           "one instance per state; end it, or name another file with --state");
-  }
-  ~StateLock() { ::close(file_); }
-  StateLock(const StateLock&) = delete;
-  StateLock& operator=(const StateLock&) = delete;
-
-private:
-  int file_ = -1;
-};
-
-/// The age of a file by the computer's clock, s; 0 where that was set back.
-double age_s(const fs::path& file) {
-  std::error_code none;
-  const auto written = fs::last_write_time(file, none);
-  if (none) return 0.0;
-  return std::max(0.0, std::chrono::duration<double>(fs::file_time_type::clock::now() - written).count());
-}
 
 RowClock::Source source_of(int descriptor) {
   struct stat found {};
