@@ -8,13 +8,11 @@
 #include <array>
 #include <map>
 #include <set>
-#include <vector>
 
 #include "core/text.h"
-#include "mesh/surface/healing.h"
 #include "mesh/surface/orientation.h"
+#include "mesh/surface/self_intersection_repair.h"
 #include "mesh/surface/stitching.h"
-#include "mesh/surface/surface.h"
 
 namespace thermotwin::mesh {
 

@@ -4,10 +4,12 @@
 // two corners and a third on the line between them, a hole of a few edges, a crack, two triangles back to back,
 // triangles that turn the wrong way, a few triangles that cut each other.
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
-#include "mesh/surface/stitching.h"
 #include "mesh/surface/surface.h"
+#include "mesh/surface/triangle_list.h"
 
 namespace thermotwin::mesh {
 
