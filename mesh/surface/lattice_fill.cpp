@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "mesh/body/triangle_tree.h"
+#include "mesh/surface/lattice.h"
 #include "mesh/surface/winding_number.h"
 
 namespace thermotwin::mesh {
@@ -30,37 +31,6 @@ constexpr int samples = 4;         // along each edge of a cube that triangles t
 constexpr int cubes_of_block = 4;  // a side
 constexpr double whole = 0.15;     // a winding number this far from a whole number is ambiguous
 
-/// Points of a body-centred cubic lattice: corners of cubes and their centres. Place p counts half cubes; its three
-/// numbers are all even or all odd.
-class Lattice {
-public:
-  Lattice(const Surface& surface, double spacing) : spacing_(spacing) {
-    const Vector3d low = surface.points.rowwise().minCoeff(), high = surface.points.rowwise().maxCoeff();
-    // A margin of more than one cube, by no simple part of it: flat sides do not fall onto lattice planes.
-    cubes_ = ((high - low) / spacing).array().ceil().cast<int>() + 4;
-    origin_ = 0.5 * (low + high) - 0.5 * spacing * cubes_.cast<double>() + Vector3d::Constant(0.1237 * spacing);
-    corners_ = (cubes_.array() + 1).prod();
-  }
-  const Vector3i& cubes() const { return cubes_; }
-  double spacing() const { return spacing_; }
-  int size() const { return corners_ + cubes_.prod(); }
-  bool has(const Vector3i& place) const {
-    return (place.array() >= 0).all() && (place.array() <= 2 * cubes_.array()).all();
-  }
-  int index(const Vector3i& place) const {
-    const int i = place[0] / 2, j = place[1] / 2, k = place[2] / 2;
-    if (place[0] % 2 == 0) return (k * (cubes_[1] + 1) + j) * (cubes_[0] + 1) + i;
-    return corners_ + (k * cubes_[1] + j) * cubes_[0] + i;
-  }
-  Vector3d point(const Vector3i& place) const { return origin_ + 0.5 * spacing_ * place.cast<double>(); }
-
-private:
-  double spacing_;
-  Vector3i cubes_;
-  Vector3d origin_;
-  int corners_;
-};
-
 enum class Side : signed char { outside = -1, on = 0, inside = 1 };
 
 /// Where a segment meets a triangle, as a share of its length; -1: nowhere (Moeller and Trumbore, 1997).
@@ -73,13 +43,6 @@ double share_to_triangle(const Vector3d& from, const Vector3d& along, const Vect
   const double beta = w.dot(across) / height, gamma = along.dot(other) / height, share = v.dot(other) / height;
   const bool meets = beta >= -slack && gamma >= -slack && beta + gamma <= 1.0 + slack && share >= 0.0 && share <= 1.0;
   return meets ? share : -1.0;
-}
-
-template <class Visit>
-void for_each_place(const Vector3i& low, const Vector3i& high, int step, const Visit& visit) {
-  for (int k = low[2]; k <= high[2]; k += step)
-    for (int j = low[1]; j <= high[1]; j += step)
-      for (int i = low[0]; i <= high[0]; i += step) visit(Vector3i(i, j, k));
 }
 
 class Cutter {
