@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "nc/rewrite/arc_words.h"
 #include "nc/rewrite/coordinates.h"
 
 namespace thermotwin::nc {
@@ -17,21 +17,6 @@ namespace thermotwin::nc {
 namespace units = core::units;
 
 namespace {
-
-bool is_percent(const ProgramText& lines, std::size_t index) {
-  const std::string line = lines.raw(index);
-  return core::trimmed(line) == "%";
-}
-
-/// The last line that is not blank; 0: there is none behind the first.
-std::size_t last_line(const ProgramText& lines) {
-  std::size_t last = lines.size() - 1;
-  for (std::string line; last > 0; --last) {
-    line = lines.raw(last);
-    if (!core::trimmed(line).empty()) break;
-  }
-  return last;
-}
 
 /// Words that act at the end of a line: of a split line they go with its last piece.
 std::string take_words_at_end(ProgramLine& line) {
@@ -44,33 +29,21 @@ std::string take_words_at_end(ProgramLine& line) {
   return words;
 }
 
-/// A circle ends where it began.
-Nine closed(const Nine& target, const Nine& at, const Source& source) {
-  Nine to = source.frame.to_program(target);
-  const Nine here = source.frame.to_program(at);
-  for (const int axis : plane_of(source.move.arc, source.frame).axes) to[axis] = here[axis];
-  return source.frame.to_axes(to);
-}
-
 }  // namespace
 
 PathRewriter::PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
                            std::function<void(const std::string&)> out, Expect expect)
-    : lines_(std::move(lines)),
+    : program_(std::move(lines)),
       name_(std::move(name)),
       motion_(motion),
       options_(options),
-      out_(std::move(out)),
-      expect_(std::move(expect)) {
-  for (std::size_t i = 0; i < lines_.size() && flat_; ++i) {
-    const ProgramLine line = lines_.line(i);
-    flat_ = !(line.control || line.assigns || line.has('M', 98) || line.has('M', 99));
-  }
-  summary_.lines_before = lines_.size();
+      expect_(std::move(expect)),
+      text_(program_, std::move(out)) {
+  summary_.lines_before = program_.size();
 }
 
 ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) const {
-  const ProgramText* lines = &lines_;
+  const ProgramText* lines = &program_;
   if (file != name_) {
     auto found = others_.find(file);
     if (found == others_.end()) found = others_.emplace(file, ProgramText::of_file(file)).first;
@@ -80,7 +53,7 @@ ProgramLine PathRewriter::line_of(const std::string& file, std::size_t number) c
 }
 
 /// Modes change by lines that run; whether one ran is known behind it.
-void PathRewriter::settle(Entry& entry) {
+void PathRewriter::settle(ExecutedLine& entry) {
   if (entry.settled || entry.skipped) return;
   entry.settled = true;
   modes_.read(entry.line, options_.words, entry.place);
@@ -92,7 +65,7 @@ void PathRewriter::block(const MoveState& state, const std::string& file, const 
     settle(entries_.back());
     entries_.back().frame = frame;
   }
-  Entry entry;
+  ExecutedLine entry;
   entry.place = fmt::format("{}:{}", file, state.line);
   entry.number = state.line;
   entry.line = line_of(file, state.line);
@@ -103,7 +76,7 @@ void PathRewriter::block(const MoveState& state, const std::string& file, const 
 
 void PathRewriter::move() {
   if (entries_.empty()) return;
-  Entry& entry = entries_.back();
+  ExecutedLine& entry = entries_.back();
   settle(entry);
   ++entry.expected;
   if (!entry.modes.coordinates && !entry.modes.machine)
@@ -121,14 +94,14 @@ void PathRewriter::skipped() {
   if (!entries_.empty()) entries_.back().skipped = true;
 }
 
-void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
+void PathRewriter::edit(ExecutedLine& entry, const PredictedMove& predicted) {
   const DisplacedMove displaced(predicted, motion_, options_, entry.place);
   const Move& move = displaced.move();
   if (!placed_) at_ = move.from;
   placed_ = true;
   nominal_ = move.to;
   ++entry.done;
-  per_minute_ = false;
+  feed_.begin_line();
   if (entry.modes.machine) {
     machine_move(entry, displaced.source());
     return;
@@ -161,7 +134,7 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
     if (arc) piece.middle = displaced_at(0.5 * (piece.begin + piece.end)).head<3>();
     add_points(piece, displaced, predicted);
     write_piece(line, entry, displaced.source(), piece);
-    write_out_feed(line, entry, displaced.source());
+    write_out_feed(line, entry.modes, entry.place, displaced.source());
     text += line.text + (line.end.empty() ? "\n" : line.end);
     line = ProgramLine::parse("", line.end);  // the rest of the line stays with its first piece
     piece.begin = piece.end;
@@ -173,18 +146,19 @@ void PathRewriter::edit(Entry& entry, const PredictedMove& predicted) {
   add_points(piece, displaced, predicted);
   write_piece(line, entry, displaced.source(), piece);
   line.text += words_at_end;
-  write_out_feed(line, entry, displaced.source());
+  write_out_feed(line, entry.modes, entry.place, displaced.source());
   if (rapid && displaced.is_cut() && cuts_.count++ == 0) cuts_.first = entry.place;
   const std::string newline = line.end.empty() ? "\n" : line.end;
   entry.text = text + line.text;
-  if (per_minute_ && words_at_end.find("M2") == std::string::npos && words_at_end.find("M30") == std::string::npos)
+  if (feed_.is_per_minute() && words_at_end.find("M2") == std::string::npos &&
+      words_at_end.find("M30") == std::string::npos)
     entry.text += newline + "G93";
   entry.edited = entry.text != entry.line.text;
   if (ends.size() > 1) ++summary_.split;
 }
 
 /// A block that begins where the program is not corrected takes the offset on its way.
-void PathRewriter::see_begin(const Entry& entry, const DisplacedMove& displaced) {
+void PathRewriter::see_begin(const ExecutedLine& entry, const DisplacedMove& displaced) {
   if (!uncorrected_) return;
   uncorrected_ = false;
   const Move& move = displaced.move();
@@ -228,7 +202,7 @@ void PathRewriter::add_points(Piece& piece, const DisplacedMove& displaced, cons
 }
 
 /// One line or arc; the control is then at its end.
-void PathRewriter::write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece) {
+void PathRewriter::write_piece(ProgramLine& line, const ExecutedLine& entry, const Source& source, const Piece& piece) {
   const Move& move = source.move;
   const bool arc = move.kind == MoveKind::arc, circle = arc && piece.is_whole() && whole_turns(move.arc);
   const std::string before = line.text;
@@ -236,85 +210,13 @@ void PathRewriter::write_piece(ProgramLine& line, const Entry& entry, const Sour
   const Nine reached = write_end(line, entry.modes.absolute, source.frame, at_, target, piece.begin > 0.0);
   write_turns(line, move, piece);
   expect(entry, source, piece, target);
-  if (arc) write_arc(line, entry, source, piece, reached, line.text != before);
-  write_feed(line, entry, source, piece, reached);
+  if (arc) write_arc(line, entry.modes, source, piece, at_, reached, line.text != before);
+  feed_.write(line, entry.modes, source, piece, at_, reached);
   at_ = reached;
 }
 
-namespace {
-
-/// With five digits or more.
-std::string feed_number(double feed) {
-  return nc_number(feed, std::clamp(4 - static_cast<int>(std::floor(std::log10(feed))), 4, 9));
-}
-
-}  // namespace
-
-/// The feed of a straight piece with rotary axes, so that it takes its share of the move's time; nothing where the
-/// program's own does.
-std::optional<std::string> PathRewriter::feed_word(const Source& source, const Piece& piece, const Nine& reached,
-                                                   bool inverse) const {
-  const Move& move = source.move;
-  const Frame& frame = source.frame;
-  const bool turns = !(move.to - move.from).segment<3>(3).isZero(0.0);
-  if (move.kind != MoveKind::feed || !turns) return std::nullopt;
-  Nine change = reached - at_;
-  for (int i = 0; i < 9; ++i)
-    if (!is_angle(i) && std::abs(change[i]) < 0.1 * half_step(frame) * frame.unit) change[i] = 0.0;
-  const auto count = [&](const Nine& of) {
-    return frame.feed_length(of) / (has_only_angles(of) ? units::deg : frame.unit);
-  };
-  const double minutes = move.length / move.speed * (piece.end - piece.begin) / units::minute;
-  const double length = count(change), feed = length / minutes;
-  // LinuxCNC turns F of G93 into a feed rate of at least 0.1.
-  constexpr double least = 0.2;
-  if (!(length > 0.0) || (inverse && feed > least)) return std::nullopt;
-  const double own = count(move.to - move.from) / (move.length / move.speed / units::minute);
-  if (!inverse && std::abs(feed - own) <= 0.01 * own) return std::nullopt;
-  const double turn = frame.feed_per_turn && !inverse ? std::abs(move.state.spindle_rpm) : 1.0;
-  return feed_number(feed / turn);
-}
-
-void PathRewriter::write_feed(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece,
-                              const Nine& reached) {
-  const Move& move = source.move;
-  const bool inverse = entry.modes.inverse_time;
-  constexpr const char* behind = "XYZABCUVWIJKG";
-  if (!inverse && line.find('F') != nullptr) other_feed_ = false;
-  if (move.kind == MoveKind::traverse) return;
-  if (const auto feed = feed_word(source, piece, reached, inverse)) {
-    if (inverse) {
-      line.remove({{'G', 93}});
-      if (!per_minute_) line.text.insert(line.code_end, " G94");
-      line = ProgramLine::parse(line.text, line.end);
-      per_minute_ = true;
-    }
-    line.set('F', *feed, behind);
-    other_feed_ = true;
-  } else if (inverse) {
-    if (per_minute_) line.text.insert(line.code_end, " G93");
-    if (per_minute_) line = ProgramLine::parse(line.text, line.end);
-    per_minute_ = false;
-    const double share = piece.end - piece.begin;
-    if (!piece.is_whole()) line.set('F', feed_number(move.speed / move.length * units::minute / share), behind);
-  } else if (other_feed_ && source.frame.feed > 0.0) {
-    line.set('F', feed_number(move.has_only_angles() ? source.frame.angular_feed : source.frame.feed), behind);
-    other_feed_ = source.frame.angular_feed != source.frame.feed;
-  }
-}
-
-/// The word P of an arc counts turns: a piece is less than one.
-void PathRewriter::write_turns(ProgramLine& line, const Move& move, const Piece& piece) {
-  const Word* word = move.kind == MoveKind::arc ? line.find('P') : nullptr;
-  if (word == nullptr) return;
-  if (!piece.is_whole()) {
-    line.remove('P');
-  } else if (word->expression) {
-    line.set('P', fmt::format("{:.0f}", std::ceil(move.arc.angle / (2.0 * std::numbers::pi) - 1e-9)), "");
-  }
-}
-
-void PathRewriter::expect(const Entry& entry, const Source& source, const Piece& piece, const Nine& target) const {
+void PathRewriter::expect(const ExecutedLine& entry, const Source& source, const Piece& piece,
+                          const Nine& target) const {
   const Move& move = source.move;
   ExpectedMove expected = ExpectedMove::of(move, source.frame, target);
   const bool turns = move.kind != MoveKind::arc && !(move.to - move.from).segment<3>(3).isZero(0.0);
@@ -331,12 +233,12 @@ void PathRewriter::expect(const Entry& entry, const Source& source, const Piece&
 }
 
 /// It stays as it is. Axes that it does not move keep their displacement.
-void PathRewriter::machine_move(const Entry& entry, const Source& source) {
+void PathRewriter::machine_move(const ExecutedLine& entry, const Source& source) {
   const Move& move = source.move;
   if (move.kind != MoveKind::traverse)
     refuse_path(entry.place, "a feed move in machine coordinates (G53)", "G53 with G0, feed moves in a work offset");
   uncorrected_ = true;
-  if (entry.line.find('F') != nullptr && !entry.modes.inverse_time) other_feed_ = false;
+  feed_.see(entry.line, entry.modes);
   const bool all =
       std::none_of(letters.begin(), letters.end(), [&](char letter) { return entry.line.find(letter) != nullptr; });
   for (int i = 0; i < 9; ++i)
@@ -346,37 +248,8 @@ void PathRewriter::machine_move(const Entry& entry, const Source& source) {
   expect_(expected, {});
 }
 
-/// The centre of an arc that leads from where the control is to a point.
-void PathRewriter::write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece,
-                             const Nine& reached, bool changed) const {
-  const Move& move = source.move;
-  const auto off = [&](const Eigen::Vector3d& point, double u) -> Eigen::Vector3d {
-    return point - AxisMotion::values_at(move, u).head<3>();
-  };
-  const Eigen::Vector3d start = at_.head<3>(), end = reached.head<3>();
-  const Eigen::Vector3d normal = move.arc.first.cross(move.arc.second);
-  const Eigen::Vector3d a = off(start, piece.begin), b = off(end, piece.end);
-  const bool radius = line.find('R') != nullptr;
-  const bool moved = a.norm() > 1e-9 || changed || !piece.is_whole();
-  if (radius && !moved) return;
-  if (radius) line.remove('R');
-  const bool circle = piece.is_whole() && whole_turns(move.arc);
-  const Eigen::Vector3d centre =
-      circle ? Eigen::Vector3d(move.arc.centre + a) : centre_of(start, end, move.arc.centre + 0.5 * (a + b), normal);
-  write_centre(line, entry.modes.arc_absolute, source, start, centre);
-}
-
-/// An expression for F becomes its value: parameters are written out.
-void PathRewriter::write_out_feed(ProgramLine& line, const Entry& entry, const Source& source) {
-  const auto word = std::find_if(line.words.begin(), line.words.end(), [](const Word& one) { return one.expression; });
-  if (word == line.words.end()) return;
-  if (word->letter != 'F' || !(source.move.speed > 0.0) || entry.modes.inverse_time)
-    refuse_path(entry.place, fmt::format("an expression at {}", word->letter), "expressions for coordinates and F");
-  line.set('F', nc_number(source.move.speed / source.frame.unit * units::minute, 4), "");
-}
-
 /// What a cycle's line has beside the cycle stays before its moves; its feed goes with the first of them.
-void PathRewriter::begin_cycle(Entry& entry) {
+void PathRewriter::begin_cycle(ExecutedLine& entry) {
   ProgramLine rest = entry.line;
   std::vector<std::pair<char, double>> gone;
   for (const Word& word : rest.words) {
@@ -391,8 +264,7 @@ void PathRewriter::begin_cycle(Entry& entry) {
       gone.emplace_back(word.letter, word.value);
   }
   rest.remove(gone);
-  if (other_feed_ && entry.feed.empty() && !entry.modes.inverse_time) entry.feed = " F" + feed_number(entry.frame.feed);
-  other_feed_ = false;
+  entry.feed = feed_.of_cycle(entry);
   const std::string text(core::trimmed(rest.text));
   entry.before = text.empty() ? "" : text + (rest.end.empty() ? "\n" : rest.end);
   if (!entry.modes.absolute) entry.before += "G90\n";
@@ -401,7 +273,7 @@ void PathRewriter::begin_cycle(Entry& entry) {
 }
 
 /// A cycle becomes its moves, in absolute coordinates.
-void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced, const PredictedMove& predicted) {
+void PathRewriter::cycle_move(ExecutedLine& entry, const DisplacedMove& displaced, const PredictedMove& predicted) {
   const Move& move = displaced.move();
   const Source& source = displaced.source();
   const bool rapid = move.kind == MoveKind::traverse;
@@ -432,11 +304,11 @@ void PathRewriter::cycle_move(Entry& entry, const DisplacedMove& displaced, cons
 }
 
 /// A line that names where the control is: it moves nothing, nor may its displaced one.
-void PathRewriter::stay(Entry& entry) {
+void PathRewriter::stay(ExecutedLine& entry) {
   if (placed_ && !entry.skipped && entry.modes.machine)
     for (int i = 0; i < 9; ++i)
       if (entry.line.find(letters[i]) != nullptr) at_[i] = nominal_[i];
-  if (!entry.skipped && entry.line.find('F') != nullptr && !entry.modes.inverse_time) other_feed_ = false;
+  if (!entry.skipped) feed_.see(entry.line, entry.modes);
   if (!placed_ || entry.skipped || entry.modes.machine || !entry.modes.coordinates || entry.line.control ||
       entry.line.assigns)
     return;
@@ -460,50 +332,10 @@ void PathRewriter::stay(Entry& entry) {
   entry.text = line.text;
 }
 
-void PathRewriter::count(const std::string& text) {
-  summary_.lines_after += std::count(text.begin(), text.end(), '\n');
-  out_(text);
-}
-
-/// A program without loops keeps all of its lines, also those that the interpreter does not read.
-void PathRewriter::emit_flat(const Entry& entry) {
-  while (written_ + 1 < entry.number && written_ < lines_.size()) {
-    count(lines_.raw(written_));
-    ++written_;
-  }
-  if (entry.number != written_ + 1) return;  // the end of the program is read twice
-  written_ = entry.number;
-  count(entry.modes.cycle && entry.expected > 0 ? entry.before : entry.text + entry.line.end);
-}
-
-void PathRewriter::emit(Entry& entry) {
+void PathRewriter::emit(ExecutedLine& entry) {
   if (entry.expected == 0) stay(entry);
   if (entry.edited) ++summary_.changed;
-  if (flat_) {
-    emit_flat(entry);
-    return;
-  }
-  const std::string end = entry.line.end.empty() ? "\n" : entry.line.end;
-  if (!began_) {
-    // Lines before the first one that the interpreter reads, such as %.
-    for (std::size_t i = 0; i + 1 < entry.number && i < lines_.size(); ++i) count(lines_.raw(i));
-    began_ = true;
-  }
-  const bool words = std::any_of(entry.line.words.begin(), entry.line.words.end(),
-                                 [](const Word& word) { return word.letter != 'N'; });
-  if (entry.line.assigns && words && !entry.skipped)
-    refuse_path(entry.place, "a parameter that is set in a line with other words", "a line of its own for it");
-  if (entry.line.control || entry.line.assigns || entry.line.has('M', 98) || entry.line.has('M', 99)) return;
-  if (entry.skipped && !entry.line.words.empty()) return;
-  if (entry.line.label && code_) return;  // of a subprogram
-  code_ = code_ || !entry.line.words.empty();
-  if (entry.expected == 0)
-    for (const Word& word : ProgramLine::parse(entry.text, "").words)
-      if (word.expression)
-        refuse_path(entry.place, fmt::format("an expression at {} of a line without a move", word.letter), "a number");
-  if (entry.number == 0) return;
-  ended_ = ended_ || entry.line.has('M', 2) || entry.line.has('M', 30);
-  count(entry.modes.cycle && entry.expected > 0 ? entry.before : entry.text + end);
+  text_.add(entry);
 }
 
 void PathRewriter::flush() {
@@ -514,10 +346,7 @@ void PathRewriter::flush() {
 }
 
 void PathRewriter::predicted(const PredictedMove& move) {
-  while (!entries_.empty() && entries_.front().done == entries_.front().expected) {
-    emit(entries_.front());
-    entries_.pop_front();
-  }
+  flush();
   edit(entries_.front(), move);
 }
 
@@ -525,24 +354,12 @@ bool PathRewriter::finish() {
   if (!entries_.empty()) settle(entries_.back());
   flush();
   warn();
-  if (flat_) {
-    for (; written_ < lines_.size(); ++written_) {
-      out_(lines_.raw(written_));
-      ++summary_.lines_after;
-    }
-  } else {
-    const bool percent =
-        began_ && is_percent(lines_, 0) && last_line(lines_) > 0 && is_percent(lines_, last_line(lines_));
-    // A main program may end with M99, which goes with the subprograms.
-    if (percent || !ended_) {
-      out_(percent ? "%\n" : "M2\n");
-      ++summary_.lines_after;
-    }
-  }
+  text_.finish();
+  summary_.lines_after = text_.lines_after();
   if (summary_.largest_um > 0.05) return true;
   const double largest = summary_.largest_um;
   summary_ = {};
-  summary_.lines_before = summary_.lines_after = lines_.size();
+  summary_.lines_before = summary_.lines_after = program_.size();
   summary_.largest_um = largest;
   return false;
 }

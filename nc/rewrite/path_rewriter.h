@@ -10,17 +10,20 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "nc/motion/axis_motion.h"
 #include "nc/prediction/prediction.h"
 #include "nc/rewrite/displaced_move.h"
+#include "nc/rewrite/executed_line.h"
+#include "nc/rewrite/feed_words.h"
 #include "nc/rewrite/line_modes.h"
+#include "nc/rewrite/piece.h"
 #include "nc/rewrite/program_line.h"
 #include "nc/rewrite/read_back.h"
 #include "nc/rewrite/rewrite_options.h"
+#include "nc/rewrite/rewritten_text.h"
 
 namespace thermotwin::nc {
 
@@ -32,6 +35,8 @@ public:
   /// @param expect  receives each line and arc of the new text as it is meant, with points within it
   PathRewriter(ProgramText lines, std::string name, const AxisMotion& motion, const RewriteOptions& options,
                std::function<void(const std::string&)> out, Expect expect);
+  PathRewriter(const PathRewriter&) = delete;
+  PathRewriter& operator=(const PathRewriter&) = delete;
 
   /// In the interpreter's order.
   /// @param frame  before the line runs
@@ -46,73 +51,35 @@ public:
   const RewriteSummary& summary() const { return summary_; }
 
 private:
-  /// A line of the program in the order of execution.
-  struct Entry {
-    ProgramLine line;
-    std::string place;
-    std::size_t number = 0;
-    int expected = 0, done = 0;                  ///< moves
-    std::vector<std::pair<int, double>> dwells;  ///< moves before each, s
-    LineModes modes;
-    bool skipped = false, settled = false;
-    Frame frame;               ///< behind it
-    std::string before, text;  ///< lines that come instead of it, and the line itself
-    std::string feed;          ///< word F of a cycle that waits for its first line
-    bool edited = false;
-  };
-
-  /// A line or arc that is written for a share of a move.
-  struct Piece {
-    double begin = 0, end = 1;
-    Nine target;                                       ///< m and rad
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< m, of an arc
-    std::vector<ExpectedPoint> inside;
-    bool is_whole() const { return begin == 0.0 && end == 1.0; }
-  };
-
   ProgramLine line_of(const std::string& file, std::size_t number) const;
-  void settle(Entry& entry);
+  void settle(ExecutedLine& entry);
   void flush();
-  void count(const std::string& text);
-  void emit_flat(const Entry& entry);
-  void emit(Entry& entry);
-  void edit(Entry& entry, const PredictedMove& predicted);
-  void stay(Entry& entry);
-  void machine_move(const Entry& entry, const Source& source);
-  void cycle_move(Entry& entry, const DisplacedMove& displaced, const PredictedMove& predicted);
-  void begin_cycle(Entry& entry);
+  void emit(ExecutedLine& entry);
+  void edit(ExecutedLine& entry, const PredictedMove& predicted);
+  void stay(ExecutedLine& entry);
+  void machine_move(const ExecutedLine& entry, const Source& source);
+  void cycle_move(ExecutedLine& entry, const DisplacedMove& displaced, const PredictedMove& predicted);
+  void begin_cycle(ExecutedLine& entry);
   void add_points(Piece& piece, const DisplacedMove& displaced, const PredictedMove& predicted) const;
-  void write_piece(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece);
-  void write_feed(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached);
-  std::optional<std::string> feed_word(const Source& source, const Piece& piece, const Nine& reached,
-                                       bool inverse) const;
-  void see_begin(const Entry& entry, const DisplacedMove& displaced);
+  void write_piece(ProgramLine& line, const ExecutedLine& entry, const Source& source, const Piece& piece);
+  void see_begin(const ExecutedLine& entry, const DisplacedMove& displaced);
   void warn() const;
-  void write_arc(ProgramLine& line, const Entry& entry, const Source& source, const Piece& piece, const Nine& reached,
-                 bool changed) const;
-  static void write_turns(ProgramLine& line, const Move& move, const Piece& piece);
-  void expect(const Entry& entry, const Source& source, const Piece& piece, const Nine& target) const;
-  static void write_out_feed(ProgramLine& line, const Entry& entry, const Source& source);
+  void expect(const ExecutedLine& entry, const Source& source, const Piece& piece, const Nine& target) const;
 
-  ProgramText lines_;
+  ProgramText program_;
   std::string name_;
   const AxisMotion& motion_;
   RewriteOptions options_;
-  std::function<void(const std::string&)> out_;
   Expect expect_;
+  RewrittenText text_;
+  FeedWords feed_;
   RewriteSummary summary_;
-  bool flat_ = true;                                   ///< every line runs once, in order
-  bool began_ = false, code_ = false;                  ///< a line, a line with words has left, where it is not flat
-  bool ended_ = false;                                 ///< a line with M2 or M30 has left, where it is not flat
   mutable std::map<std::string, ProgramText> others_;  ///< files of subprograms
-  std::deque<Entry> entries_;
-  std::size_t written_ = 0;  ///< lines of the program that have left, where it is flat
-  Nine at_;                  ///< where the rewritten program has the control, m and rad
-  Nine nominal_;             ///< where the program has it
+  std::deque<ExecutedLine> entries_;
+  Nine at_;       ///< where the rewritten program has the control, m and rad
+  Nine nominal_;  ///< where the program has it
   bool placed_ = false;
   bool uncorrected_ = true;  ///< the control is where the program has it, as before the first move
-  bool other_feed_ = false;  ///< the last F of the new text is another one than the program's
-  bool per_minute_ = false;  ///< the new text has left G93 for the present line
   struct Places {
     std::string first;  ///< file:line
     long count = 0;
