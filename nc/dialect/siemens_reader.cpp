@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <set>
+#include <map>
 #include <utility>
 
 #include "core/error.h"
 #include "core/text.h"
-#include "core/units.h"
+#include "nc/dialect/siemens_words.h"
 #include "nc/dialect/tcp_marker.h"
 
 namespace thermotwin::nc {
@@ -22,37 +22,6 @@ namespace {
 
 constexpr double mm_per_inch = 25.4;
 constexpr std::size_t longest_line = 254;
-
-/// Statements without an effect on the path's geometry as far as `nc` computes it.
-const std::set<std::string, std::less<>>& skipped_keywords() {
-  static const std::set<std::string, std::less<>> names{
-      "STOPRE",   "MSG",      "FFWON",      "FFWOF",       "SOFT",      "BRISK",   "DRIVE",    "COMPOF",    "COMPON",
-      "COMPCURV", "COMPCAD",  "COMPSURF",   "UPATH",       "SPATH",     "FNORM",   "ORIAXES",  "ORIMKS",    "ORIWKS",
-      "OSOF",     "RTLION",   "RTLIOF",     "CFC",         "CFTCP",     "CFIN",    "KONT",     "NORM",      "WALIMON",
-      "WALIMOF",  "LFON",     "LFOF",       "SPCON",       "SPCOF",     "SPOS",    "SPOSA",    "DIAMOF",    "DYNNORM",
-      "DYNPOS",   "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",   "DYNPREC",   "ADISPOS", "FIFOCTRL", "STARTFIFO", "PREPRO",
-      "SETMS",    "CYCLE832", "WORKPIECE",  "GROUP_BEGIN", "GROUP_END", "LIMS",    "CDOF",     "CDON",
-  };
-  return names;
-}
-
-/// G words that LinuxCNC's interpreter reads in the same sense.
-const std::set<int>& same_words() {
-  static const std::set<int> numbers{0, 1, 2, 3, 17, 18, 19, 33, 40, 41, 42, 93, 94, 95, 97};
-  return numbers;
-}
-/// Corner and exact stop conditions of the control.
-const std::set<int>& skipped_words() {
-  static const std::set<int> numbers{62, 290, 450, 451, 460, 461, 462, 601, 602, 603, 621};
-  return numbers;
-}
-
-std::string number_text(double value) {
-  std::string text = fmt::format("{:.7f}", value);
-  while (text.back() == '0') text.pop_back();
-  if (text.back() == '.') text.pop_back();
-  return text == "-0" ? "0" : text;
-}
 
 /// Declarations, and limits of the spindle or the working area, which are blocks of their own.
 bool without_effect(const SiemensLine& line) {
@@ -70,18 +39,15 @@ int axis_of(const std::string& name) {
 SiemensReader::SiemensReader(const ControlProfile& control, int axis_mask, std::string name, const Nine& start)
     : control_(control),
       mask_(axis_mask),
-      name_(std::move(name)) {
-  for (int i = 0; i < 9; ++i) turned_[i] = start[i] / core::units::deg;
-}
+      name_(std::move(name)),
+      places_(control, start) {}
 
 std::string SiemensReader::translate(std::string_view line, std::size_t number) {
   place_ = fmt::format("{}:{}", name_, number);
   const SiemensLine parsed = parse_siemens_line(line, place_);
   if (parsed.statements.empty() || without_effect(parsed)) return "";
-  static const std::set<std::string, std::less<>> frames{"TRANS", "ATRANS", "ROT",    "AROT",   "ROTS",
-                                                         "AROTS", "SCALE",  "ASCALE", "MIRROR", "AMIRROR"};
   std::string text;
-  if (frames.count(parsed.statements.front().name) > 0) {
+  if (is_frame(parsed.statements.front().name)) {
     text = frame(parsed.statements);
   } else {
     Block block;
@@ -139,26 +105,24 @@ bool SiemensReader::by_profile(const SiemensStatement& statement, Block& block) 
 
 void SiemensReader::g_word(const SiemensStatement& statement, Block& block) {
   const int number = whole(statement);
-  if (same_words().count(number) > 0) {
+  if (is_same_word(number)) {
     if (number >= 93 && number <= 95) inverse_time_ = number == 93;
     block.words.push_back(fmt::format("G{}", number));
   } else if (number == 4) {
     block.dwell = true;
     block.words.emplace_back("G4");
   } else if (number == 90 || number == 91) {
-    absolute_ = number == 90;
+    places_.set_absolute(number == 90);
   } else if (number == 70 || number == 700 || number == 71 || number == 710) {
     unit_g(number, block);
-  } else if (skipped_words().count(number) == 0 && !frame_g(number, block) && !path_g(number, block)) {
+  } else if (!is_skipped_word(number) && !frame_g(number, block) && !path_g(number, block)) {
     refuse_unknown(statement);
   }
 }
 
 void SiemensReader::unit_g(int number, Block& block) {
   const bool inch = number == 70 || number == 700;
-  for (int i = 0; i < 9; ++i)
-    if (inch != inch_ && !is_angle(i)) shift_[i] *= inch ? 1.0 / mm_per_inch : mm_per_inch;
-  if (inch != inch_) forget_places();
+  if (inch != inch_) places_.change_unit(inch ? 1.0 / mm_per_inch : mm_per_inch);
   inch_ = inch;
   feed_in_inch_ = number == 700;
   block.unit = true;
@@ -193,8 +157,7 @@ bool SiemensReader::frame_g(int number, Block& block) {
         throw InputError(place_, "G500 beside work offset 9 of the control profile", "work offsets 1 to 8, or no G500");
   }
   block.words.emplace_back(number == 500 ? "G59.3" : found->second);
-  work_ = number == 500 ? 9 : number < 500 ? number - 53 : number - 500;
-  forget_places();
+  places_.use_work_offset(number == 500 ? 9 : number < 500 ? number - 53 : number - 500);
   return true;
 }
 
@@ -296,10 +259,10 @@ void SiemensReader::keyword(const SiemensStatement& statement, Block& block) {
     if (statement.called && core::trimmed(statement.arguments) != "1" && !core::trimmed(statement.arguments).empty())
       refuse(statement, "TRAORI or TRAORI(1)");
     block.tcp = tcp_on_marker;
-    forget_places();
+    places_.forget();
   } else if (name == "TRAFOOF") {
     block.tcp = tcp_off_marker;
-    forget_places();
+    places_.forget();
   } else if (name == "FGROUP") {
     std::string axes = core::upper(statement.arguments);
     axes.erase(std::remove_if(axes.begin(), axes.end(), [](char c) { return c == ' ' || c == ','; }), axes.end());
@@ -307,7 +270,7 @@ void SiemensReader::keyword(const SiemensStatement& statement, Block& block) {
     if (!axes.empty() && axes != "XYZ") refuse(statement, "FGROUP() or FGROUP(X, Y, Z): F counts along these axes");
   } else if (name == "RET") {
     block.words.emplace_back("M2");
-  } else if (skipped_keywords().count(name) == 0) {
+  } else if (!is_skipped_keyword(name)) {
     refuse_unknown(statement);
   }
 }
@@ -318,16 +281,16 @@ std::string SiemensReader::frame(const std::vector<SiemensStatement>& statements
   if (!moves && statements.size() > 1)
     refuse(first, "TRANS, ATRANS, or " + first.name + " alone, which ends all frames");
   // Without coordinates each of them ends all programmed frames.
-  if (first.name != "ATRANS" || statements.size() == 1) shift_.fill(0.0);
+  if (first.name != "ATRANS" || statements.size() == 1) places_.end_shift();
   for (std::size_t i = 1; i < statements.size(); ++i) {
     const int axis = axis_of(statements[i].name);
     if (axis < 0) refuse(statements[i], "coordinates alone behind " + first.name);
-    shift_[axis] += plain(statements[i]);
+    places_.add_shift(axis, plain(statements[i]));
   }
-  forget_places();
+  places_.forget();
   std::string text = "G52";
   for (int i = 0; i < 9; ++i)
-    if ((mask_ >> i & 1) != 0) text += fmt::format(" {}{}", letters[i], number_text(shift_[i]));
+    if ((mask_ >> i & 1) != 0) text += fmt::format(" {}{}", letters[i], number_text(places_.shift(i)));
   return text;
 }
 
@@ -345,7 +308,7 @@ std::string SiemensReader::written(Block& block) {
   for (const std::string& word : block.words) add(word);
   add_tool_length(block, text);
   add_centre(block, text);
-  add_axes(block, text);
+  places_.write(block.axes, block.machine, edge_ && tool_in_, place_, text);
   if (!text.empty() && text.front() == ' ') text.erase(0, 1);
   return text;
 }
@@ -356,7 +319,7 @@ void SiemensReader::add_tool_length(const Block& block, std::string& text) {
   if (!block.tool_change && (!block.edge || waits)) return;
   text += text.empty() ? "" : " ";
   text += edge_ && tool_in_ ? "G43" : "G49";
-  forget_places();
+  places_.forget();
 }
 
 void SiemensReader::add_centre(const Block& block, std::string& text) {
@@ -375,81 +338,6 @@ void SiemensReader::add_centre(const Block& block, std::string& text) {
   for (int i = 0; i < 3; ++i)
     if (block.centre[i]) text += fmt::format(" {}{}", "IJK"[i], number_text(block.centre[i]->number));
 }
-
-double SiemensReader::shortest(int axis, const SiemensValue& value) const {
-  if (!is_angle(axis))
-    throw InputError(place_, fmt::format("DC, ACP or ACN of {}", letters[axis]), "rotary axes: A, B, C");
-  constexpr double same = 1e-9;  // deg: there already
-  const double turns = (turned_[axis] - frame_of(axis) - value.number) / 360.0;
-  const double whole = value.sense == SiemensSense::shortest   ? std::round(turns)
-                       : value.sense == SiemensSense::positive ? std::ceil(turns - same)
-                                                               : std::floor(turns + same);
-  return value.number + 360.0 * whole;
-}
-
-/// deg, from the machine's zero to the program's
-double SiemensReader::frame_of(int axis) const {
-  double sum = shift_[axis];
-  for (const WorkOffset& offset : control_.work_offsets)
-    if (offset.number == work_) sum += offset.offset[axis] / core::units::deg;
-  return sum;
-}
-
-void SiemensReader::turn_to(int axis, const SiemensValue& value, bool machine) {
-  if (value.sense == SiemensSense::incremental)
-    turned_[axis] += value.number;
-  else
-    turned_[axis] = value.number + (machine ? 0.0 : frame_of(axis));
-}
-
-void SiemensReader::add_axes(Block& block, std::string& text) {
-  int all = 0, absolute = 0;
-  for (int i = 0; i < 9; ++i) {
-    if (!block.axes[i]) continue;
-    SiemensValue& value = *block.axes[i];
-    if (value.sense == SiemensSense::shortest || value.sense == SiemensSense::positive ||
-        value.sense == SiemensSense::negative)
-      value = {shortest(i, value), SiemensSense::absolute};
-    if (value.sense == SiemensSense::modal)
-      value.sense = absolute_ ? SiemensSense::absolute : SiemensSense::incremental;
-    ++all;
-    absolute += value.sense == SiemensSense::absolute ? 1 : 0;
-  }
-  if (all == 0) return;
-  if (block.machine && edge_ && tool_in_)
-    throw InputError(place_, "machine coordinates with a tool length (SUPA, G53, G153)",
-                     "D0 in this or an earlier block");
-  // All of one sense as they stand; of both senses by the places that are known.
-  const bool as_absolute = absolute == all || (absolute != 0 && absolute_);
-  if (as_absolute != written_absolute_) {
-    text += as_absolute ? " G90" : " G91";
-    written_absolute_ = as_absolute;
-  }
-  if (block.machine) text += " G53";
-  for (int i = 0; i < 9; ++i) {
-    if (!block.axes[i]) continue;
-    const SiemensValue& value = *block.axes[i];
-    const bool is_absolute = value.sense == SiemensSense::absolute;
-    if (is_absolute != as_absolute && !at_[i])
-      throw InputError(place_,
-                       fmt::format("{} with AC or IC beside other coordinates, from an unknown place", letters[i]),
-                       "all coordinates of the block in one sense, or an absolute move of the axis before");
-    const double number = is_absolute == as_absolute ? value.number
-                          : as_absolute              ? *at_[i] + value.number
-                                                     : value.number - *at_[i];
-    text += fmt::format(" {}{}", letters[i], number_text(number));
-    turn_to(i, value, block.machine);
-    if (block.machine) {
-      at_[i].reset();
-    } else if (is_absolute) {
-      at_[i] = value.number;
-    } else if (at_[i]) {
-      at_[i] = *at_[i] + value.number;
-    }
-  }
-}
-
-void SiemensReader::forget_places() { at_.fill(std::nullopt); }
 
 SiemensValue SiemensReader::value(const SiemensStatement& statement) const {
   if (statement.value.empty()) refuse(statement, "a number behind " + statement.name);
@@ -475,12 +363,7 @@ void SiemensReader::refuse(const SiemensStatement& statement, const std::string&
 void SiemensReader::refuse_unknown(const SiemensStatement& statement) const {
   const std::string word =
       statement.name == "G" || statement.name == "M" ? statement.name + statement.value : statement.name;
-  // Without the statement the lines that it governs would run once.
-  static constexpr const char* control[] = {"IF",    "ELSE",    "ENDIF",  "WHILE",   "ENDWHILE", "FOR",  "ENDFOR",
-                                            "LOOP",  "ENDLOOP", "REPEAT", "REPEATB", "UNTIL",    "GOTO", "GOTOF",
-                                            "GOTOB", "GOTOC",   "GOTOS",  "CASE",    "PROC",     "CALL", "MCALL",
-                                            "PCALL", "EXTCALL", "RET",    "DEF"};
-  if (std::find(std::begin(control), std::end(control), word) != std::end(control))
+  if (is_control_statement(word))
     refuse(statement,
            "programs without jumps, loops, branches, subprograms and definitions; write out the lines that run");
   refuse(statement,

@@ -8,7 +8,6 @@
 // SCALE, MIRROR, tool vectors, splines, polar coordinates.
 
 #include <array>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +15,7 @@
 
 #include "nc/control/control_profile.h"
 #include "nc/dialect/siemens_line.h"
+#include "nc/dialect/siemens_places.h"
 #include "nc/dialect/siemens_value.h"
 
 namespace thermotwin::nc {
@@ -32,11 +32,10 @@ public:
   std::string translate(std::string_view line, std::size_t number);
 
 private:
-  using Coordinates = std::array<std::optional<SiemensValue>, 9>;
   /// What a line adds up to before it is written.
   struct Block {
     std::vector<std::string> words;
-    Coordinates axes;
+    SiemensCoordinates axes;
     std::array<std::optional<SiemensValue>, 3> centre;
     bool dwell = false, machine = false, path_mode = false, tool_change = false, tool = false, edge = false;
     std::string tcp;  ///< marker
@@ -58,13 +57,8 @@ private:
   std::string written(Block& block);
   void unit_g(int number, Block& block);
   void add_feed(Block& block);
-  void add_axes(Block& block, std::string& text);
   void add_centre(const Block& block, std::string& text);
   void add_tool_length(const Block& block, std::string& text);
-  double shortest(int axis, const SiemensValue& value) const;
-  double frame_of(int axis) const;
-  void turn_to(int axis, const SiemensValue& value, bool machine);
-  void forget_places();
   std::string path_mode() const;
   SiemensValue value(const SiemensStatement& statement) const;
   double plain(const SiemensStatement& statement) const;
@@ -76,13 +70,10 @@ private:
   int mask_;
   std::string name_, place_;
   SiemensParameters parameters_;
-  std::array<std::optional<double>, 9> at_;  ///< programmed places, program units and deg
-  std::array<double, 9> shift_{};            ///< of TRANS and ATRANS, program units and deg
-  std::array<double, 9> turned_{};           ///< deg, of the rotary axes in the machine
-  int work_ = 1;                             ///< number of the work offset in use
+  SiemensPlaces places_;
   bool feed_in_inch_ = false, inverse_time_ = false;
   bool inch_before_ = false;  ///< before the present line
-  bool absolute_ = true, written_absolute_ = true, centre_absolute_ = false, inch_ = false;
+  bool centre_absolute_ = false, inch_ = false;
   bool edge_ = true, tool_in_ = false, next_tool_ = false;  ///< D1; a tool in the spindle; one is called
   int path_ = 0;      ///< 0 as the control starts, 60 exact stop, 64, 641 with adis_
   double adis_ = 0;   ///< program units

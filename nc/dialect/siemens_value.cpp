@@ -197,4 +197,11 @@ SiemensValue siemens_value(const std::string& text, const SiemensParameters& par
   return ValueReader(text, parameters, place).read();
 }
 
+std::string number_text(double value) {
+  std::string text = fmt::format("{:.7f}", value);
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
 }  // namespace thermotwin::nc

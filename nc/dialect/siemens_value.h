@@ -23,4 +23,7 @@ using SiemensParameters = std::map<long, double>;
 /// @throws InputError for a value that is none, an R parameter that the program did not set, a number beyond 1e9
 SiemensValue siemens_value(const std::string& text, const SiemensParameters& parameters, const std::string& place);
 
+/// @return the number as LinuxCNC's interpreter reads it, with seven decimals at most
+std::string number_text(double value);
+
 }  // namespace thermotwin::nc
