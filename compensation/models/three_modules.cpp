@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compensation/models/baseline_curve.h"
 #include "compensation/models/module_features.h"
 #include "compensation/models/module_programs.h"
 #include "compensation/models/whole_programs.h"
@@ -25,22 +26,9 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double uniform_K = 0.25;  ///< a machine whose temperatures differ by less is in its steady state
 const std::vector<double> ambient_ridges{1e-8, 1e-6, 1e-4, 1e-2},
     internal_ridges{1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3, 1.0};
 const std::vector<double> element_s{3 * core::units::hour, 12 * core::units::hour};
-
-/// Piecewise linear curve over the baseline; straight on beyond its ends.
-struct BaselineCurve {
-  VectorXd at, value;
-  double operator()(double x) const {
-    if (at.size() == 0) return 0.0;
-    if (at.size() == 1) return value[0];
-    const Index above = std::clamp<Index>(std::upper_bound(at.begin(), at.end(), x) - at.begin(), 1, at.size() - 1);
-    const double share = (x - at[above - 1]) / (at[above] - at[above - 1]);
-    return value[above - 1] + share * (value[above] - value[above - 1]);
-  }
-};
 
 /// Offset of a sensor by the surroundings, (1) to (7).
 struct SensorOffset {
@@ -60,7 +48,7 @@ public:
     info_ = data.info;
     const std::vector<ModuleProgram> stretches = module_programs(data);
     choose_sensors(data, stretches);
-    fit_baseline(data, stretches);
+    curve_ = options_.baseline ? fit_baseline(data, stretches, layout_) : BaselineCurve();
     if (options_.together) return fit_together(data, stretches);
     fit_ambient(data, stretches);
     fit_internal(data, stretches);
@@ -242,40 +230,6 @@ private:
       count += 1.0;
     }
     layout_.reference = count > 0.0 ? sum / count : 0.0;
-  }
-
-  /// Knots at the steady states of the programs with the machine off.
-  void fit_baseline(const TrainingData& data, const std::vector<ModuleProgram>& stretches) {
-    curve_ = {};
-    if (!options_.baseline) return;
-    std::vector<std::pair<double, double>> steady;
-    for (const ModuleProgram& stretch : stretches) {
-      for (Index i = stretch.from; stretch.kind == ProgramKind::baseline && i < stretch.to; ++i) {
-        const double at = data.inputs(i, layout_.ambient[0]);
-        bool uniform = std::isfinite(at) && std::isfinite(data.target[i]);
-        for (const Index k : layout_.internal) uniform = uniform && std::abs(data.inputs(i, k) - at) < uniform_K;
-        if (uniform) steady.emplace_back(at, data.target[i]);
-      }
-    }
-    std::sort(steady.begin(), steady.end());
-    std::vector<double> at, value;
-    for (std::size_t i = 0; i < steady.size();) {
-      constexpr double apart_K = 0.5;
-      double sum = 0.0, sum_value = 0.0, count = 0.0;
-      const double first = steady[i].first;
-      for (; i < steady.size() && steady[i].first - first < apart_K; ++i) {
-        sum += steady[i].first;
-        sum_value += steady[i].second;
-        count += 1.0;
-      }
-      at.push_back(sum / count);
-      value.push_back(sum_value / count);
-    }
-    if (at.size() < 2) {
-      throw InputError(data.label, fmt::format("{} steady temperature with the machine off", at.size()),
-                       "at least two, at which all its temperatures lie within 0.25 K");
-    }
-    curve_ = {Eigen::Map<VectorXd>(at.data(), std::ssize(at)), Eigen::Map<VectorXd>(value.data(), std::ssize(value))};
   }
 
   /// Rows of a stretch with the baseline at its start.

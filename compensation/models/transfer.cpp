@@ -19,7 +19,6 @@ namespace {
 
 using core::InputError;
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
