@@ -8,16 +8,12 @@
 #include <limits>
 #include <map>
 
-#include "compensation/models/catalogue.h"
 #include "compensation/models/load_levels.h"
-#include "compensation/models/parameter_store.h"
 #include "compensation/models/rotary_unit.h"
 #include "compensation/models/training_rows.h"
 #include "compensation/models/workspace_weights.h"
-#include "core/config.h"
 #include "core/error.h"
 #include "core/missing.h"
-#include "core/text.h"
 #include "core/units.h"
 
 namespace thermotwin::compensation {
@@ -42,21 +38,22 @@ bool is_side(const MeasuredChannel& channel) { return channel.direction == "tool
 
 bool FittedModel::add_member(const Dataset& data, const std::vector<bool>& training, Index target) {
   const MeasuredChannel& channel = data.targets[target];
-  const std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+  const std::vector<Index> used = usable_inputs(data, training, parts_.spec->inputs);
   try {
     if (used.empty()) {
       throw InputError(name() + " " + channel.id,
-                       spec_->inputs == InputChoice::temperatures ? "no temperature that varies in the training rows"
-                       : spec_->inputs == InputChoice::activity
+                       parts_.spec->inputs == InputChoice::temperatures
+                           ? "no temperature that varies in the training rows"
+                       : parts_.spec->inputs == InputChoice::activity
                            ? "no speed, power, flow or state that varies in the training rows"
                            : "no input that varies in the training rows",
                        "at least one");
     }
     const TrainingData own = training_data(data, training, target, used, name());
-    std::unique_ptr<ChannelModel> model = spec_->make();
+    std::unique_ptr<ChannelModel> model = parts_.spec->make();
     model->fit(own);
     std::string caution = model->caution();
-    members_.push_back({channel.id, channel.unit, own.info, std::move(model), std::move(caution)});
+    parts_.members.push_back({channel.id, channel.unit, own.info, std::move(model), std::move(caution)});
     return true;
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -67,7 +64,7 @@ bool FittedModel::add_member(const Dataset& data, const std::vector<bool>& train
 void FittedModel::add_together(const Dataset& data, const std::vector<bool>& training,
                                const std::vector<bool>& checked) {
   try {
-    std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+    std::vector<Index> used = usable_inputs(data, training, parts_.spec->inputs);
     std::vector<InputInfo> info;
     for (const Index k : used) info.push_back(data.inputs[k]);
     const std::vector<Index> own = rotary_unit_inputs(info, name());
@@ -84,9 +81,10 @@ void FittedModel::add_together(const Dataset& data, const std::vector<bool>& tra
     for (std::size_t i = 0; i < models.size(); ++i) {
       if (!models[i]) continue;
       const MeasuredChannel& channel = data.targets[targets[i]];
-      outputs_.push_back({channel.id, {members_.size()}, MatrixXd::Ones(1, 1)});
+      parts_.outputs.push_back({channel.id, {parts_.members.size()}, MatrixXd::Ones(1, 1)});
       std::string caution = models[i]->caution();
-      members_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
+      parts_.members.push_back(
+          {channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
     }
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -94,23 +92,23 @@ void FittedModel::add_together(const Dataset& data, const std::vector<bool>& tra
 }
 
 void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check) {
-  members_.clear();
-  outputs_.clear();
+  parts_.members.clear();
+  parts_.outputs.clear();
   left_out_.clear();
   refused_.clear();
-  levels_.clear();
+  parts_.levels.clear();
   if (std::find(training.begin(), training.end(), true) == training.end()) {
     throw InputError(data.source, "no training row", "at least some hours of training data");
   }
   std::vector<bool> checked;
   for (const MeasuredChannel& channel : data.targets)
     checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
-  if (spec_->spatial == Spatial::one_point) return add_one_point(data, training, checked);
-  if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
-  if (spec_->spatial == Spatial::together) return add_together(data, training, checked);
+  if (parts_.spec->spatial == Spatial::one_point) return add_one_point(data, training, checked);
+  if (parts_.spec->spatial == Spatial::grid) return add_grid(data, training, checked);
+  if (parts_.spec->spatial == Spatial::together) return add_together(data, training, checked);
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     if (checked[t] || !add_member(data, training, t)) continue;
-    outputs_.push_back({data.targets[t].id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
+    parts_.outputs.push_back({data.targets[t].id, {parts_.members.size() - 1}, MatrixXd::Ones(1, 1)});
   }
 }
 
@@ -121,10 +119,10 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
     if (!group_of(data.targets[t]).empty()) groups[group_of(data.targets[t])].push_back(t);
   }
   const Levels levels = load_levels(data, training);
-  level_input_ = levels.input;
-  levels_ = levels.values;
-  const VectorXd level = levels_of_rows(data, level_input_, levels_);
-  const Index level_count = std::max<Index>(std::ssize(levels_), 1);
+  parts_.level_input = levels.input;
+  parts_.levels = levels.values;
+  const VectorXd level = levels_of_rows(data, parts_.level_input, parts_.levels);
+  const Index level_count = std::max<Index>(std::ssize(parts_.levels), 1);
   for (const auto& [group, members] : groups) {
     std::vector<std::size_t> known;
     std::vector<std::string> poses;
@@ -154,7 +152,7 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
       }
     }
     if (!add_member(data, training, calibration)) continue;
-    const std::size_t member = members_.size() - 1;
+    const std::size_t member = parts_.members.size() - 1;
     const VectorXd reference = data.target_values.col(calibration);
     double largest = 0.0;
     for (Index i = 0; i < data.rows(); ++i) {
@@ -168,7 +166,7 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
         const double z = data.target_values(i, known[j]);
         constexpr double least_share = 0.25;
         if (!training[i] || !std::isfinite(z) || !(std::abs(reference[i]) > least_share * largest)) continue;
-        const VectorXd share = level_shares(levels_, level[i]);
+        const VectorXd share = level_shares(parts_.levels, level[i]);
         sum += share * (z / reference[i]);
         count += share;
       }
@@ -180,7 +178,7 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
       const MatrixXd weights = at != known.end()
                                    ? MatrixXd(ratios.col(at - known.begin()))
                                    : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
-      outputs_.push_back({data.targets[t].id, {member}, weights});
+      parts_.outputs.push_back({data.targets[t].id, {member}, weights});
     }
   }
 }
@@ -196,14 +194,14 @@ void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& trainin
     const MeasuredChannel& channel = data.targets[t];
     const std::string group = group_of(channel) + (is_side(channel) ? " " + channel.direction : "");
     if (checked[t] || group.empty() || !add_member(data, training, t)) continue;
-    grids[group].members.push_back(members_.size() - 1);
+    grids[group].members.push_back(parts_.members.size() - 1);
     grids[group].poses.push_back(channel.pose_text);
-    outputs_.push_back({channel.id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
+    parts_.outputs.push_back({channel.id, {parts_.members.size() - 1}, MatrixXd::Ones(1, 1)});
   }
   if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.members.size() < 2; })) {
     left_out_.push_back(name() + ": no quantity is measured at two poses");
-    outputs_.clear();
-    members_.clear();
+    parts_.outputs.clear();
+    parts_.members.clear();
     return;
   }
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
@@ -217,16 +215,16 @@ void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& trainin
       members.insert(members.end(), table->second.members.begin(), table->second.members.end());
       MatrixXd weights(1, std::ssize(members));
       weights << tool->second.weights_at(channel.pose_text), -table->second.weights_at(channel.pose_text);
-      outputs_.push_back({channel.id, std::move(members), std::move(weights)});
+      parts_.outputs.push_back({channel.id, std::move(members), std::move(weights)});
     } else if (whole != grids.end()) {
-      outputs_.push_back({channel.id, whole->second.members, whole->second.weights_at(channel.pose_text)});
+      parts_.outputs.push_back({channel.id, whole->second.members, whole->second.weights_at(channel.pose_text)});
     }
   }
 }
 
 MatrixXd FittedModel::predict(const Dataset& data) const {
   std::vector<VectorXd> series;
-  for (const Member& member : members_) {
+  for (const FittedMember& member : parts_.members) {
     MatrixXd inputs = MatrixXd::Constant(data.rows(), std::ssize(member.inputs), missing);
     for (std::size_t k = 0; k < member.inputs.size(); ++k) {
       if (member.inputs[k].activity) inputs.col(k).setZero();  // nothing of the kind ran
@@ -241,16 +239,16 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
           member.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
     }
   }
-  const VectorXd level = levels_of_rows(data, level_input_, levels_);
+  const VectorXd level = levels_of_rows(data, parts_.level_input, parts_.levels);
   MatrixXd result = MatrixXd::Constant(data.rows(), std::ssize(data.targets), missing);
-  for (const Output& output : outputs_) {
+  for (const FittedOutput& output : parts_.outputs) {
     for (std::size_t t = 0; t < data.targets.size(); ++t) {
       if (data.targets[t].id != output.channel) continue;
       for (Index i = 0; i < data.rows(); ++i) {
         const Eigen::RowVectorXd weights =
             output.weights.rows() == 1
                 ? Eigen::RowVectorXd(output.weights.row(0))
-                : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
+                : Eigen::RowVectorXd(level_shares(parts_.levels, level[i]).transpose() * output.weights);
         double sum = 0.0;
         for (std::size_t p = 0; p < output.members.size(); ++p) sum += weights[p] * series[output.members[p]][i];
         sum *= output.factor;
@@ -273,7 +271,7 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     }
     return std::pair{low, high};
   };
-  std::erase_if(outputs_, [&](const Output& output) {
+  std::erase_if(parts_.outputs, [&](const FittedOutput& output) {
     const auto target = std::find_if(data.targets.begin(), data.targets.end(),
                                      [&](const MeasuredChannel& c) { return c.id == output.channel; });
     if (target == data.targets.end()) return false;
@@ -282,7 +280,7 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     if (!(high > low)) return false;
     double reach = 1.0;
     for (const std::size_t p : output.members) {
-      for (const InputInfo& info : members_[p].inputs) {
+      for (const InputInfo& info : parts_.members[p].inputs) {
         for (std::size_t k = 0; k < data.inputs.size(); ++k) {
           if (data.inputs[k].id != info.id) continue;
           const auto seen = span_of(data.input_values.col(k), true), all = span_of(data.input_values.col(k), false);
@@ -302,12 +300,12 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     }
     return false;
   });
-  if (outputs_.empty()) members_.clear();
+  if (parts_.outputs.empty()) parts_.members.clear();
 }
 
 std::vector<std::string> FittedModel::cautions() const {
   std::vector<std::string> all;
-  for (const Member& member : members_)
+  for (const FittedMember& member : parts_.members)
     if (!member.caution.empty()) all.push_back(member.channel + ": " + member.caution);
   all.insert(all.end(), refused_.begin(), refused_.end());
   return all;
@@ -316,7 +314,7 @@ std::vector<std::string> FittedModel::cautions() const {
 std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& training) {
   const MatrixXd predicted = predict(data);
   std::string text;
-  for (Output& output : outputs_) {
+  for (FittedOutput& output : parts_.outputs) {
     for (std::size_t t = 0; t < data.targets.size(); ++t) {
       if (data.targets[t].id != output.channel) continue;
       double products = 0.0, squares = 0.0;
@@ -335,7 +333,7 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
 
 std::vector<FittedModel::ChannelSteps> FittedModel::step_responses() const {
   std::vector<ChannelSteps> channels;
-  for (const Member& member : members_) {
+  for (const FittedMember& member : parts_.members) {
     std::vector<StepResponse> responses = member.model->step_responses();
     if (!responses.empty()) channels.push_back({member.channel, member.unit, std::move(responses)});
   }
@@ -344,117 +342,27 @@ std::vector<FittedModel::ChannelSteps> FittedModel::step_responses() const {
 
 std::vector<std::string> FittedModel::explain() const {
   std::vector<std::string> lines;
-  for (const Member& member : members_) {
+  for (const FittedMember& member : parts_.members) {
     lines.push_back(name() + " " + member.channel + ": " + member.model->explain(member.unit) +
                     (member.caution.empty() ? "" : "; " + member.caution));
   }
-  if (spec_->spatial != Spatial::one_point) return lines;
-  for (const Output& output : outputs_) {
+  if (parts_.spec->spatial != Spatial::one_point) return lines;
+  for (const FittedOutput& output : parts_.outputs) {
     std::string text = name() + " " + output.channel + ": b =";
     for (Index l = 0; l < output.weights.rows(); ++l) {
       text += fmt::format(" {:.3f}", output.weights(l, 0));
-      if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[l]);
+      if (!parts_.levels.empty()) text += fmt::format(" at {} {:g}", parts_.level_input, parts_.levels[l]);
     }
-    lines.push_back(text + " of " + members_[output.members[0]].channel);
+    lines.push_back(text + " of " + parts_.members[output.members[0]].channel);
   }
   return lines;
 }
 
-std::string FittedModel::to_toml() const {
-  std::string text = fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", core::toml_text(name()),
-                                 core::toml_text(level_input_));
-  for (std::size_t i = 0; i < levels_.size(); ++i) text += fmt::format("{}{:.17e}", i == 0 ? "" : ", ", levels_[i]);
-  text += "]\n";
-  for (const Member& member : members_) {
-    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", core::toml_text(member.channel),
-                        core::toml_text(member.unit));
-    std::string ids, kinds;
-    for (const InputInfo& info : member.inputs) {
-      const std::string comma = ids.empty() ? "" : ", ";
-      ids += comma + core::toml_text(info.id);
-      kinds += comma + (info.ambient       ? "\"ambient\""
-                        : info.temperature ? "\"temperature\""
-                        : info.motion      ? "\"motion\""
-                        : info.activity    ? "\"activity\""
-                                           : "\"state\"");
-    }
-    text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
-    if (!member.caution.empty()) text += "caution = " + core::toml_text(member.caution) + "\n";
-    text += "[model.part.values]\n";
-    ParameterStore store;
-    member.model->save(store);
-    for (const auto& [key, values] : store.values()) text += key + " = " + parameter_text(values) + "\n";
-  }
-  for (const Output& output : outputs_) {
-    text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [",
-                        core::toml_text(output.channel), output.factor, parameter_text(output.weights));
-    for (std::size_t i = 0; i < output.members.size(); ++i)
-      text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.members[i]);
-    text += "]\n";
-  }
-  return text;
-}
+std::string FittedModel::to_toml() const { return toml_of(parts_); }
 
 std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
-  const core::Config config = core::Config::load(file);
-  const core::Node root = config.root();
-  root.schema(1);
   std::vector<FittedModel> models;
-  for (const core::Node& node : root.tables("model")) {
-    FittedModel model(model_spec(node.text("name")));
-    model.level_input_ = node.text("level_input");
-    model.levels_ = node.numbers("levels");
-    for (const core::Node& member_node : node.tables("part")) {
-      Member member{member_node.text("channel"),
-                    member_node.text("unit"),
-                    {},
-                    model.spec_->make(),
-                    member_node.text_or("caution", "")};
-      const std::vector<std::string> ids = member_node.texts_or_empty("inputs"),
-                                     kinds = member_node.texts_or_empty("kinds");
-      if (ids.empty() || ids.size() != kinds.size()) {
-        throw InputError(member_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()),
-                         "at least one input, a kind each");
-      }
-      for (std::size_t i = 0; i < ids.size(); ++i) {
-        const bool ambient = kinds[i] == "ambient";
-        const bool motion = kinds[i] == "motion";
-        member.inputs.push_back(
-            {ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
-      }
-      const core::Node values = member_node.table("values");
-      ParameterStore store(values.place());
-      for (const std::string& key : values.keys()) store.put(key, read_parameter(values, key));
-      member.model->load(store, member.inputs);
-      values.finish();
-      member_node.finish();
-      model.members_.push_back(std::move(member));
-    }
-    for (const core::Node& output_node : node.tables("output")) {
-      Output output{
-          output_node.text("channel"), {}, read_parameter(output_node, "weights"), output_node.number("factor")};
-      for (const double index : output_node.numbers("parts")) {
-        if (!(index >= 0.0 && index < model.members_.size())) {
-          throw InputError(output_node.place("parts"), fmt::format("{}", index),
-                           fmt::format("0 to {}", model.members_.size() - 1.0));
-        }
-        output.members.push_back(static_cast<std::size_t>(index));
-      }
-      const auto rows = std::max<Index>(std::ssize(model.levels_), 1);
-      if (output.weights.cols() != std::ssize(output.members) ||
-          (output.weights.rows() != 1 && output.weights.rows() != rows)) {
-        throw InputError(output_node.place("weights"),
-                         fmt::format("{} x {}", output.weights.rows(), output.weights.cols()),
-                         fmt::format("1 or {} x {}", rows, output.members.size()));
-      }
-      output_node.finish();
-      model.outputs_.push_back(std::move(output));
-    }
-    node.finish();
-    models.push_back(std::move(model));
-  }
-  root.finish();
-  if (models.empty()) throw InputError(file.string(), "no [[model]]", "a file that evaluate has written");
+  for (FittedParts& parts : read_fitted_parts(file)) models.push_back(FittedModel(std::move(parts)));
   return models;
 }
 

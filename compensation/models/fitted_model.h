@@ -10,18 +10,19 @@
 // `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
 
 #include <filesystem>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compensation/models/catalogue.h"
 #include "compensation/models/channel_model.h"
+#include "compensation/models/fitted_parts.h"
 
 namespace thermotwin::compensation {
 
 class FittedModel {
 public:
-  explicit FittedModel(const ModelSpec& spec) : spec_(&spec) {}
+  explicit FittedModel(const ModelSpec& spec) { parts_.spec = &spec; }
 
   /// @param training  (rows) true where targets may be used  @param check  channels that may not
   void fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check);
@@ -33,7 +34,7 @@ public:
   /// (Mares et al. 2020, 5.2). @return factors in words
   std::string correct(const Dataset& data, const std::vector<bool>& training);
 
-  const std::string& name() const { return spec_->name; }
+  const std::string& name() const { return parts_.spec->name; }
   /// Refuses channels whose prediction runs away from what the fit saw: beyond ten times the displacements of the
   /// training rows times the range of the inputs over theirs. @param predicted  of all rows; columns of refused
   /// channels become NaN
@@ -56,7 +57,7 @@ public:
   const std::vector<std::string>& left_out() const { return left_out_; }
   /// Channels that refuse_diverging took away, and why.
   const std::vector<std::string>& refused() const { return refused_; }
-  bool empty() const { return outputs_.empty(); }
+  bool empty() const { return parts_.outputs.empty(); }
 
   /// As TOML: [[model]] tables with every number at full precision.
   std::string to_toml() const;
@@ -64,29 +65,13 @@ public:
   static std::vector<FittedModel> read(const std::filesystem::path& file);
 
 private:
-  struct Member {
-    std::string channel, unit;
-    std::vector<InputInfo> inputs;
-    std::unique_ptr<ChannelModel> model;
-    std::string caution{};  ///< of its fit
-  };
-  /// A channel as a weighted sum of members; the weights may depend on the load level.
-  struct Output {
-    std::string channel;
-    std::vector<std::size_t> members;
-    Eigen::MatrixXd weights;  ///< (levels x members)
-    double factor = 1.0;
-  };
+  explicit FittedModel(FittedParts parts) : parts_(std::move(parts)) {}
   bool add_member(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
   void add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
   void add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
   void add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
 
-  const ModelSpec* spec_;
-  std::vector<Member> members_;
-  std::vector<Output> outputs_;
-  std::string level_input_;  ///< activity whose last value above 0 is the load level
-  std::vector<double> levels_;
+  FittedParts parts_;
   std::vector<std::string> left_out_, refused_;
 };
 
