@@ -11,16 +11,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.h"
+#include "compensation/control/online_arrays.h"
 #include "mesh/machine/file.h"
-#include "reduction/model/output_grid.h"
 
 namespace thermotwin::compensation {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr char magic[] = "ttonline";  // eight letters
 constexpr std::size_t word_bytes = 8;
@@ -30,7 +28,6 @@ struct Head {
   std::uint64_t version, bytes, sum;
 };
 
-constexpr Index largest_order = 10000;
 constexpr std::uint64_t empty_sum = 0xCBF29CE484222325ULL;
 
 /// FNV-1a on words, as tt_model_sum. Each step is one to one in the word and in the sum before.
@@ -86,65 +83,6 @@ private:
     if (size > 0) std::memcpy(bytes_.data() + before, from, size);
   }
   std::string bytes_;
-};
-
-MatrixXd columns_of(const std::vector<mesh::Pose>& poses, std::size_t axes) {
-  MatrixXd columns(axes, poses.size());
-  for (Index i = 0; i < columns.cols(); ++i) columns.col(i) = poses[i];
-  return columns;
-}
-
-bool is_unit(const MatrixXd& matrix) { return matrix == MatrixXd::Identity(matrix.rows(), matrix.cols()); }
-
-/// The matrices of a block.
-struct Block {
-  enum Place : std::size_t {
-    capacity,  ///< empty: 1
-    conduction,
-    inputs,
-    sensors,
-    one_kelvin,
-    tool_poses,   ///< a column each
-    table_poses,  ///< a column each
-    errors,       ///< a column each, of error_numbers
-    guard,        ///< largest offset and rate
-    of_axes,      ///< slope and rapid, a column each
-    count
-  };
-};
-constexpr Index error_numbers = 5;
-
-std::vector<MatrixXd> matrices_of(const OnlineData& data) {
-  const reduction::ReducedModel& model = data.model;
-  const std::size_t axes = model.machine.axes.size();
-  std::vector<MatrixXd> all(Block::count);
-  if (!is_unit(model.system.capacity)) all[Block::capacity] = model.system.capacity;
-  all[Block::conduction] = model.system.conduction;
-  all[Block::inputs] = model.system.inputs;
-  all[Block::sensors] = model.system.sensors;
-  all[Block::one_kelvin] = model.system.one_kelvin;
-  all[Block::tool_poses] = columns_of(model.outputs.tool_poses, axes);
-  all[Block::table_poses] = columns_of(model.outputs.table_poses, axes);
-  all[Block::errors].resize(error_numbers, std::ssize(model.errors));
-  for (Index i = 0; i < all[Block::errors].cols(); ++i) {
-    const reduction::ReductionErrors& error = model.errors[i];
-    all[Block::errors].col(i) << error.peak_um, error.max_um, error.rms_um, error.estimate_max_um, error.effectivity;
-  }
-  const OffsetLimits& limits = data.derived.limits;
-  all[Block::guard] = Eigen::Vector2d(limits.largest_um, limits.rate_um_s);
-  all[Block::of_axes].resize(limits.slope_um.size(), 2);
-  all[Block::of_axes] << limits.slope_um, limits.rapid;
-  return all;
-}
-
-/// Arrays as a block holds them, before they are compared with the machine.
-struct Arrays {
-  std::string machine, size;
-  std::int64_t full_size = 0;
-  std::vector<std::int32_t> grids;  ///< axis, periodic and number of positions of each joint's grid
-  std::vector<double> positions;
-  std::vector<std::string> loads;
-  std::vector<MatrixXd> matrices, tool, table_axis, table_own;
 };
 
 }  // namespace
@@ -250,12 +188,7 @@ public:
     return values;
   }
 
-  [[noreturn]] void fail(const std::string& found) const {
-    throw core::InputError(reader_.name_, found, "online data as they were written");
-  }
-  void require(bool good, const char* what) const {
-    if (!good) fail(fmt::format("{} other than those of its machine", what));
-  }
+  [[noreturn]] void fail(const std::string& found) const { refuse_online_data(reader_.name_, found); }
 
 private:
   template <class Values>
@@ -303,131 +236,9 @@ OnlineReader::OnlineReader(std::istream& in, std::string name) : in_(in), name_(
   key_.order = source.count();
 }
 
-namespace {
-
-/// Terms and inputs follow from the machine and the grids.
-template <class Source>
-solver::Layout layout_of(const Source& source, const Arrays& arrays, const mesh::Machine& machine) {
-  source.require(arrays.grids.size() == 3 * machine.joints.size(), "grids of joints");
-  std::vector<solver::JointGrid> grids;
-  std::size_t next = 0;
-  for (std::size_t j = 0; j < machine.joints.size(); ++j) {
-    const std::int32_t *given = &arrays.grids[3 * j], axis = given[0], nodes = given[2];
-    source.require(axis >= -1 && axis < std::ssize(machine.axes) && nodes >= 1 &&
-                       std::cmp_less_equal(nodes, arrays.positions.size() - next),
-                   "grids of joints");
-    const auto from = arrays.positions.begin() + next;
-    grids.push_back({axis, given[1] != 0, {from, from + nodes}});
-    next += nodes;
-  }
-  source.require(next == arrays.positions.size(), "grids of joints");
-  return solver::make_layout(machine, std::move(grids));
-}
-
-std::vector<mesh::Pose> poses_of(const MatrixXd& columns) {
-  std::vector<mesh::Pose> poses;
-  for (Index i = 0; i < columns.cols(); ++i) poses.emplace_back(columns.col(i));
-  return poses;
-}
-
-bool is_of_size(const MatrixXd& matrix, Index rows, Index columns) {
-  return rows * columns == 0 ? matrix.size() == 0 : matrix.rows() == rows && matrix.cols() == columns;
-}
-
-bool all_of_size(const std::vector<MatrixXd>& matrices, std::size_t count, Index rows, Index columns) {
-  return matrices.size() == count && std::all_of(matrices.begin(), matrices.end(), [&](const MatrixXd& matrix) {
-           return is_of_size(matrix, rows, columns);
-         });
-}
-
-/// A matrix without rows or columns has lost the other extent in the block.
-MatrixXd sized(MatrixXd matrix, Index rows, Index columns) {
-  return matrix.size() > 0 ? std::move(matrix) : MatrixXd(rows, columns);
-}
-
-template <class Source>
-void fill_system(const Source& source, Arrays& arrays, const mesh::Machine& machine, reduction::ReducedSystem& system) {
-  std::vector<MatrixXd>& m = arrays.matrices;
-  const Index order = m[Block::conduction].rows(), loads = std::ssize(system.layout.inputs),
-              readings = std::ssize(machine.sensors) + std::ssize(system.layout.observed);
-  source.require(order >= 1 && order <= largest_order && is_of_size(m[Block::conduction], order, order),
-                 "the conduction");
-  source.require(m[Block::capacity].size() == 0 || is_of_size(m[Block::capacity], order, order), "the capacity");
-  source.require(is_of_size(m[Block::inputs], order, loads), "inputs");
-  source.require(is_of_size(m[Block::sensors], readings, order), "sensors");
-  source.require(is_of_size(m[Block::one_kelvin], order, 1), "the state of one kelvin");
-  system.capacity = m[Block::capacity].size() > 0 ? std::move(m[Block::capacity]) : MatrixXd::Identity(order, order);
-  system.conduction = std::move(m[Block::conduction]);
-  system.inputs = sized(std::move(m[Block::inputs]), order, loads);
-  system.sensors = sized(std::move(m[Block::sensors]), readings, order);
-  system.one_kelvin = m[Block::one_kelvin].col(0);
-}
-
-template <class Source>
-void fill_outputs(const Source& source, Arrays& arrays, reduction::ReducedModel& model) {
-  const mesh::Machine& machine = model.machine;
-  const std::vector<MatrixXd>& m = arrays.matrices;
-  reduction::ReducedOutputs& outputs = model.outputs;
-  const Index order = model.system.order(), axes = std::ssize(machine.axes);
-  const std::size_t tools = arrays.tool.size(), tables = arrays.table_axis.size();
-  source.require(machine.has_tcp() && reduction::OutputGrid::can_store(machine, tools) &&
-                     tables == reduction::OutputGrid(machine, tools).table_count(),
-                 "poses");
-  source.require(is_of_size(m[Block::tool_poses], axes, std::ssize(arrays.tool)) &&
-                     is_of_size(m[Block::table_poses], axes, std::ssize(arrays.table_axis)),
-                 "poses");
-  source.require(all_of_size(arrays.tool, tools, 6, order) && all_of_size(arrays.table_axis, tables, 6, order) &&
-                     all_of_size(arrays.table_own, tables, 7, order),
-                 "outputs");
-  outputs.tool_poses = poses_of(sized(m[Block::tool_poses], axes, std::ssize(arrays.tool)));
-  outputs.table_poses = poses_of(sized(m[Block::table_poses], axes, std::ssize(arrays.table_axis)));
-  outputs.tool = std::move(arrays.tool);
-  outputs.table_axis = std::move(arrays.table_axis);
-  outputs.table_own = std::move(arrays.table_own);
-  source.require(is_of_size(m[Block::errors], error_numbers, std::ssize(arrays.loads)), "errors");
-  for (Index i = 0; i < std::ssize(arrays.loads); ++i) {
-    const auto error = m[Block::errors].col(i);
-    model.errors.push_back({arrays.loads[i], error[0], error[1], error[2], error[3], error[4]});
-  }
-}
-
-template <class Source>
-void check_terms(const Source& source, const reduction::ReducedModel& model, const DerivedData& derived) {
-  const std::size_t terms = model.system.layout.terms.size(), order = model.system.order();
-  const std::vector<std::int32_t>& first = derived.term_first;
-  source.require(first.size() == terms + 1 && first.front() == 0 && std::is_sorted(first.begin(), first.end()) &&
-                     derived.term_right_first.size() == terms,
-                 "terms");
-  std::size_t right = 0;
-  for (std::size_t j = 0; j < terms; ++j) {
-    if (derived.term_right_first[j] == -1) continue;
-    source.require(std::cmp_equal(derived.term_right_first[j], right), "terms");
-    right += first[j + 1] - first[j];
-  }
-  const std::size_t columns = first.back();
-  source.require(derived.term_weight.size() == columns && derived.term_left.size() == columns * order &&
-                     derived.term_right.size() == right * order,
-                 "terms");
-}
-
-template <class Source>
-void fill_limits(const Source& source, const std::vector<MatrixXd>& m, std::size_t axes, OffsetLimits& limits) {
-  const Index rows = axes;
-  source.require(is_of_size(m[Block::guard], 2, 1) && is_of_size(m[Block::of_axes], rows, 2) &&
-                     m[Block::guard].minCoeff() > 0.0 && (m[Block::of_axes].array() >= 0.0).all(),
-                 "limits of offsets");
-  const MatrixXd each = sized(m[Block::of_axes], rows, 2);
-  limits.largest_um = m[Block::guard](0);
-  limits.rate_um_s = m[Block::guard](1);
-  limits.slope_um = each.col(0);
-  limits.rapid = each.col(1);
-}
-
-}  // namespace
-
 OnlineData OnlineReader::read(const std::filesystem::path& model_file) {
   Source source(*this);
-  Arrays arrays;
+  OnlineArrays arrays;
   OnlineData data;
   arrays.machine = source.text();
   arrays.size = source.text();
@@ -451,12 +262,7 @@ OnlineData OnlineReader::read(const std::filesystem::path& model_file) {
   data.model.machine = mesh::parse_machine(arrays.machine, model_file / "machine.toml");
   data.model.size = arrays.size;
   data.model.full_size = arrays.full_size;
-  source.require(arrays.matrices.size() == Block::count, "matrices");
-  data.model.system.layout = layout_of(source, arrays, data.model.machine);
-  fill_system(source, arrays, data.model.machine, data.model.system);
-  fill_outputs(source, arrays, data.model);
-  fill_limits(source, arrays.matrices, data.model.machine.axes.size(), data.derived.limits);
-  check_terms(source, data.model, data.derived);
+  fill_from(std::move(arrays), name_, data);
   return data;
 }
 
