@@ -11,8 +11,8 @@
 #include "compensation/control/pause.h"
 #include "compensation/control/probing.h"
 #include "compensation/control/twin_jobs.h"
+#include "compensation/control/twin_learned.h"
 #include "compensation/control/twin_memory.h"
-#include "compensation/online/error_states.h"
 #include "core/error.h"
 #include "core/missing.h"
 #include "core/progress.h"
@@ -67,10 +67,7 @@ struct OnlineTwin::Work {
   std::vector<Index> absent;
   bool was_loaded = false;  ///< and no row has come since
   long probed = 0;
-  /// Sums over the rows, for detectability().
-  double duration = 0;
-  VectorXd sum_p, sum_q, sum_state;
-  std::vector<long> readings;
+  TwinMeans means;
 
   Work(const reduction::ReducedModel& m, DerivedData derived, const ControlOptions& o)
       : model(m),
@@ -80,15 +77,14 @@ struct OnlineTwin::Work {
         control(control_data(m, std::move(derived), o)),
         twin(control.model()),
         limits(limits_of(control.data())),
-        sum_p(VectorXd::Zero(control.data().terms)),
-        sum_q(VectorXd::Zero(control.data().inputs)),
-        sum_state(VectorXd::Zero(control.data().order)),
-        readings(m.machine.sensors.size(), 0) {
+        means{0.0, VectorXd::Zero(control.data().terms), VectorXd::Zero(control.data().inputs),
+              VectorXd::Zero(control.data().order), std::vector<long>(m.machine.sensors.size(), 0)} {
     offsets.offset_um = offsets.std_um = offsets.before_um = VectorXd::Zero(std::ssize(map.axes()));
   }
 
   const tt_model& data() const { return control.model(); }
   const tt_errors& errors() const { return twin->observer.errors; }
+  RunningTwin running() const { return {model, operating, control, *twin.get()}; }
   double time() const { return twin->now->started != 0 ? twin->now->time : core::missing; }
 
   void check_row(double at, const VectorXd& told, const VectorXd& sensors_C) const {
@@ -165,7 +161,7 @@ struct OnlineTwin::Work {
     const double before = time();  // NaN before the first row
     offsets.before_um = Map<const VectorXd>(twin->offset_um, data().linear_axes);
     const int status = tt_twin_row(twin.get(), at, told.data(), has_readings ? sensors_C.data() : nullptr);
-    if (!std::isnan(before)) add_to_means(at - before, has_readings ? sensors_C : VectorXd());
+    if (!std::isnan(before)) means.add(at - before, has_readings ? sensors_C : VectorXd(), *twin.get());
     return write(at, status);
   }
 
@@ -186,17 +182,6 @@ struct OnlineTwin::Work {
         add_name(offsets.failed_inputs, data().channel_names[k], tt_fault_text(now->fault[k]));
     }
     return offsets;
-  }
-
-  void add_to_means(double seconds, const VectorXd& sensors_C) {
-    const tt_twin* now = twin.get();
-    if (!(now->now->last_step > 0.0)) return;
-    duration += seconds;
-    sum_p += seconds * Map<const VectorXd>(now->p, sum_p.size());
-    sum_q += seconds * Map<const VectorXd>(now->q, sum_q.size());
-    sum_state += seconds * Map<const VectorXd>(now->state, sum_state.size());
-    for (Index s = 0; s < sensors_C.size(); ++s)
-      readings[s] += std::isfinite(sensors_C[s]) && tt_trusted(&now->observer.trust, s) != 0;
   }
 
   mesh::Pose pose() const {
@@ -231,85 +216,6 @@ struct OnlineTwin::Work {
     const Eigen::Vector3d error = error_um * core::units::um;
     probed += tt_twin_probe(twin.get(), at.data(), error.data(), std_um * core::units::um);
   }
-
-  ErrorModel::State filled(ErrorModel::State state, int k) const {
-    const tt_errors& e = errors();
-    const int all = tt_errors_count(e.sensitivities.model);
-    state.value = e.theta[k];
-    state.std = std::sqrt(std::max(0.0, e.sigma[k + static_cast<long>(k) * all]));
-    state.prior_std = e.prior[k];
-    state.memory_s = e.memory[k];
-    return state;
-  }
-
-  std::vector<ErrorModel::State> learned() const {
-    std::vector<ErrorModel::State> all;
-    if (data().observer == 0 || twin->now->started == 0) return all;
-    const tt_errors& e = errors();
-    const tt_sensor_model& sensors = *e.sensitivities.model;
-    int k = 0;
-    for (const UncertainQuantity& quantity : uncertain_quantities(model)) {
-      ErrorModel::State state;
-      state.name = quantity.name;
-      state.unit = quantity.unit;
-      all.push_back(filled(std::move(state), k++));
-    }
-    const std::vector<DriveHeat> drives = drive_heats(model, operating, operating.channels().defaults());
-    for (int d = 0; d < sensors.drives; ++d) {
-      if (e.sensitivities.drive_known[d] != 0)
-        all.push_back(filled(unrecorded_state(drives[control.data().heating_drive[d]].name), sensors.quantities + d));
-    }
-    for (int mode = 0; mode <= tt_errors_shapes(&e); ++mode)
-      all.push_back(filled(start_state(mode), tt_first_start(&sensors) + mode));
-    for (int s = 0; s < data().sensors; ++s)
-      all.push_back(filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(&sensors) + s));
-    for (int i = 0; tt_errors_learns(&e) != 0 && i < tt_outputs; ++i)
-      all.push_back(filled(output_state(i), tt_errors_first_output(&sensors) + i));
-    return all;
-  }
-
-  Detectability detectability() const {
-    if (data().observer == 0)
-      throw core::InputError("detectability", "a twin without observer", "ControlOptions::observer = true");
-    if (model.system.terms.size() != model.system.layout.terms.size())
-      throw core::InputError("detectability", "a model without its terms", "the whole model, as read_model gives it");
-    if (!(duration > 0.0))
-      throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
-    const reduction::ReducedSystem& system = model.system;
-    const VectorXd p = sum_p / duration, q = sum_q / duration;
-    // The true state is nearer to the corrected one than to the nominal one.
-    const tt_sensitivities& columns = errors().sensitivities;
-    const Index order = data().order, quantities_and_start = tt_columns(columns.model);
-    const VectorXd corrected =
-        sum_state / duration + Map<const MatrixXd>(columns.directions, order, quantities_and_start) *
-                                   Map<const VectorXd>(errors().theta, quantities_and_start);
-    // The core's states have capacity 1: x' = L^T x.
-    const VectorXd state = system.capacity.llt().matrixU().solve(corrected);
-    MatrixXd matrix = system.conduction;
-    for (Index j = 0; j < p.size(); ++j) matrix += p[j] * system.terms[j];
-    std::vector<UncertainQuantity> quantities = uncertain_quantities(model);
-    MatrixXd rates = quantity_rates(model, quantities, inputs_of_terms(model), p, q, state);
-    const std::vector<ErrorModel::State> known = learned();
-    std::vector<ErrorModel::State> constants(known.begin(), known.begin() + std::ssize(quantities));
-    for (int d = 0, at = 0; d < columns.model->drives; ++d) {
-      if (columns.drive_known[d] == 0) continue;
-      constants.push_back(known[quantities.size() + at++]);
-      rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
-      const VectorXd heat = Map<const VectorXd>(columns.heat + d * order, order);
-      rates.rightCols(1) = columns.unrecorded[d] != 0 ? VectorXd(system.capacity.llt().matrixL() * heat)
-                                                      : VectorXd(VectorXd::Zero(order));
-    }
-    const auto sensors = std::ssize(model.machine.sensors);
-    VectorXd deviations(sensors);
-    for (Index s = 0; s < sensors; ++s) {
-      constants.push_back(filled(sensor_offset_state(model.machine, s), tt_errors_first_bias(columns.model) + s));
-      deviations[s] = readings[s] > 0 && twin->observer.trust.drift.drifts[s] == 0
-                          ? tt_reading_std(model.machine.sensors[s].uncertainty, 0.0)
-                          : solver::not_given;
-    }
-    return compensation::detectability(system.capacity, matrix, rates, system.sensors.topRows(sensors), constants,
-                                       deviations);
-  }
 };
 
 OnlineTwin::OnlineTwin(const reduction::ReducedModel& model, const ControlOptions& options) {
@@ -343,8 +249,8 @@ void OnlineTwin::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, 
 }
 
 long OnlineTwin::probed() const { return work_->probed; }
-std::vector<ErrorModel::State> OnlineTwin::learned() const { return work_->learned(); }
-Detectability OnlineTwin::detectability() const { return work_->detectability(); }
+std::vector<ErrorModel::State> OnlineTwin::learned() const { return learned_states(work_->running()); }
+Detectability OnlineTwin::detectability() const { return compensation::detectability(work_->running(), work_->means); }
 solver::TcpError OnlineTwin::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }
 
 VectorXd OnlineTwin::std_um(const mesh::Pose& pose) const {
