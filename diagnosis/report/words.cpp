@@ -26,6 +26,7 @@
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/response/response.h"
+#include "diagnosis/response/start_modes.h"
 
 namespace thermotwin::diagnosis {
 

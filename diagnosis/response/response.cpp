@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/response/response.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <iterator>
 
-#include "compensation/evaluation/evaluate.h"
-#include "compensation/evaluation/reduced_models.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/readings.h"
+#include "diagnosis/response/seen_sides.h"
+#include "diagnosis/response/start_modes.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/simulation.h"
 
@@ -28,55 +26,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double spread_s = 600.0;  ///< 18 cm in steel
-constexpr double least_start_s = 1800.0;
-constexpr Index most_start_modes = 16;
-
-/// What is seen of the 19 rows of reduction::side_rows at a pose, by a function of the TCP error there.
-/// @param seen  (TcpError) -> values, um or um/m
-template <class Seen>
-MatrixXd sides_at(const mesh::Machine& machine, const mesh::Pose& pose, Index values, const Seen& seen) {
-  const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
-  MatrixXd sides(values, 19);
-  for (Index i = 0; i < 19; ++i) {
-    sides.col(i) = seen(
-        [&](const mesh::Pose& at) {
-          return solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6),
-                                   unit.col(i).tail<7>());
-        },
-        pose);
-  }
-  return sides;
-}
-
-/// What a displacement channel shows of the 19 rows at poses. The zero is the observation's affair.
-struct Sides {
-  std::vector<mesh::Pose> poses;
-  std::vector<Eigen::RowVectorXd> rows;  ///< (poses) 19 each
-};
-
-/// A channel with points has rows at each of them. Of another, rows at a pose beside its own, which show the growth of
-/// the table, are taken as equal to those at the pose.
-Sides sides_of(const mesh::Machine& machine, const ObservedChannel& observed) {
-  const compensation::ObservedQuantity quantity(machine, observed.channel, observed.pose);
-  if (observed.channel.points.empty()) {
-    const auto seen = [&](const auto& error_at, const mesh::Pose&) {
-      std::vector<solver::TcpError> errors;
-      for (const mesh::Pose& at : quantity.poses()) errors.push_back(error_at(at));
-      return Eigen::VectorXd::Constant(1, quantity(errors));
-    };
-    return {{observed.pose}, {sides_at(machine, observed.pose, 1, seen)}};
-  }
-  Sides sides;
-  for (std::size_t k = 0; k < quantity.poses().size(); ++k) {
-    const auto seen = [&](const auto& error_at, const mesh::Pose& pose) {
-      return Eigen::VectorXd::Constant(
-          1, observed.channel.points[k].weight.dot(error_at(pose).error.template head<3>()) / core::units::um);
-    };
-    sides.poses.push_back(quantity.poses()[k]);
-    sides.rows.emplace_back(sides_at(machine, sides.poses.back(), 1, seen));
-  }
-  return sides;
-}
 
 /// Of each record, below each other; columns that one has fewer of are zero.
 template <class Responses, class Values>
@@ -114,17 +63,6 @@ MachineInTime with_parameters(const MachineInTime& base, const std::vector<Param
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (values[i] != parameters[i].nominal) machine = with_parameter(machine, parameters[i], values[i]);
   return machine;
-}
-
-MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine,
-                             const Observations& observations) {
-  const solver::OperatingModel operating(machine, model.system.layout);
-  const VectorXd p =
-      operating.coefficients(observations.rows.row(0).transpose(), VectorXd::Zero(std::ssize(machine.coolants))).p;
-  MatrixXd a = model.system.conduction;
-  for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * model.system.terms[j];
-  return 0.5 * (a + a.transpose());
 }
 
 MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
@@ -413,14 +351,7 @@ Response::Linear Response::linearise(const MachineInTime& base, const std::vecto
 }
 
 MatrixXd Response::start_modes(const mesh::Machine& machine) const {
-  const reduction::ReducedSystem& system = model_.system;
-  if (observations_.start_spread_K < even_start_K) return MatrixXd(system.order(), 0);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(conduction_at_start(model_, machine, observations_),
-                                                                 system.capacity);
-  Index count = 0;
-  while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0)
-    ++count;
-  return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);
+  return diagnosis::start_modes(model_, machine, observations_);
 }
 
 MatrixXd Response::spread_heat() const {

@@ -29,12 +29,6 @@ namespace thermotwin::diagnosis {
 MachineInTime with_parameters(const MachineInTime& base, const std::vector<Parameter>& parameters,
                               const Eigen::VectorXd& values);
 
-inline constexpr double even_start_K = 0.3;  ///< first readings that differ by less begin from one temperature
-
-/// K0 + sum p K of a machine as a record begins. (r x r), symmetric
-Eigen::MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine,
-                                    const Observations& observations);
-
 class Response {
 public:
   /// Both must outlive it.
@@ -48,7 +42,7 @@ public:
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
-    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes(), if
+    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes.h, if
     /// asked for
     Eigen::MatrixXd start;
     Eigen::MatrixXd held;       ///< (observations x may_hold) where those inputs hold all of their while, if asked for
@@ -67,9 +61,7 @@ public:
   /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
   /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
   Eigen::MatrixXd spread_heat() const;
-  /// What a machine may be warmed by when a record begins: modes of the first row with time constants of half an hour
-  /// and more, the slowest first, each of 1 K in the mean of squares over the heat capacity. (r x modes); none where
-  /// the first readings agree
+  /// start_modes() of its record
   Eigen::MatrixXd start_modes(const mesh::Machine& machine) const;
   Eigen::VectorXd predict(const MachineInTime& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads
