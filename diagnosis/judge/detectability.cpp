@@ -6,7 +6,7 @@
 #include <map>
 
 #include "diagnosis/causes/parameter.h"
-#include "diagnosis/judge/decision.h"
+#include "diagnosis/judge/ranking.h"
 
 namespace thermotwin::diagnosis {
 

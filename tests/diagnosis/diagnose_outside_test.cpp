@@ -12,8 +12,8 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/judge/action.h"
-#include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/ranking.h"
 #include "mesh/machine/kinematics.h"
 #include "tests/machines/meshed_boxes.h"
 

@@ -9,6 +9,8 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
+#include "diagnosis/judge/reservations.h"
+#include "diagnosis/judge/steps_seen.h"
 #include "diagnosis/report/scene.h"
 #include "diagnosis/report/words.h"
 #include "tests/machines/rods_record.h"
