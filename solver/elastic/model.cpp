@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/elastic/model.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <optional>
 
@@ -15,60 +12,22 @@
 #include "core/range.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
-#include "solver/elastic/assembly.h"
+#include "solver/elastic/elastic_bodies.h"
 #include "solver/elastic/outputs.h"
 #include "solver/elastic/rigid_followers.h"
 #include "solver/elastic/springs.h"
 #include "solver/elastic/system.h"
-#include "solver/linear/available_memory.h"
-#include "solver/linear/spd_solver.h"
 
 namespace thermotwin::solver {
-namespace {
 
-constexpr Eigen::Index most_columns = 96, least_columns = 8;  // dense right-hand sides held in memory per body
-constexpr double column_bytes = 2.5e8;                        // that these should take at most
-
-Eigen::Index columns_at_once(Eigen::Index nodes) {
-  const auto fit = static_cast<Eigen::Index>(column_bytes / (2.0 * 3.0 * 8.0 * nodes));
-  return std::clamp(fit / least_columns * least_columns, least_columns, most_columns);
-}
-
-/// Without the parts that move the body rigidly: orthogonal to them.
-void balance(const Eigen::MatrixXd& rigid, Eigen::MatrixXd& columns) {
-  const Eigen::MatrixXd gram = rigid.transpose() * rigid;
-  columns -= rigid * gram.ldlt().solve(rigid.transpose() * columns);
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-}  // namespace
-
-struct ElasticModel::Impl {
-  mesh::Machine machine;
-  std::vector<Eigen::Index> first_node;
+struct ElasticModel::Impl : ElasticBodies {
   Eigen::Index size = 0;  ///< unknowns of the thermal system
-  UnitFunctionals units;
   std::optional<SpringSet> springs;
   std::optional<TcpOutputs> outputs;  ///< none: a machine without [tcp]
-  std::vector<int> elastic;           ///< bodies that are, rising
-  std::vector<ElasticBody> bodies;    ///< per Machine::bodies; empty where not elastic
-  std::vector<std::unique_ptr<SpdSolver>> factors;
-  std::vector<BodyResponse> responses;   ///< per Machine::bodies
-  std::vector<Eigen::MatrixXd> thermal;  ///< (n x units) F^T K^+ w
-  std::vector<CarriedBody> carried;      ///< bodies that are not elastic
-  Summary summary;
+  std::vector<CarriedBody> carried;   ///< bodies that are not elastic
 
-  explicit Impl(std::size_t count) : units(count), bodies(count), factors(count), responses(count), thermal(count) {}
+  explicit Impl(const mesh::MachineMesh& mesh) : ElasticBodies(mesh) {}
 
-  Eigen::Index nodes(int body) const { return first_node[body + 1] - first_node[body]; }
-  void factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options);
-  MemoryNeed memory_need(const std::vector<SparseAnalysis>& analyses) const;
-  /// K^+ loads, (3n x m).
-  Eigen::MatrixXd apply_inverse(int body, Eigen::MatrixXd loads) const;
-  void solve_units(int body);
   SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
   OutputRows in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const;
   void require_tcp() const {
@@ -80,133 +39,19 @@ struct ElasticModel::Impl {
   }
 };
 
-MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& analyses) const {
-  MemoryNeed need;
-  std::vector<double> works, blocks;
-  for (std::size_t i = 0; i < elastic.size(); ++i) {
-    const std::size_t b = elastic[i];
-    const double n = nodes(elastic[i]);
-    const double matrix = 12.0 * bodies[b].stiffness.nonZeros();
-    need.other += matrix + 8.0 * n * std::ssize(units.of(elastic[i]));
-    if (!analyses.empty()) {
-      need.factors += analyses[i].factor_bytes;
-      works.push_back(analyses[i].work_bytes);
-    }
-    need.iterative += 2.0 * matrix;  // levels, their transfers and working blocks
-    blocks.push_back(3.0 * 3.0 * 8.0 * n * columns_at_once(nodes(elastic[i])));
-  }
-  // Bodies that are worked on at the same time.
-  for (auto* sizes : {&works, &blocks}) {
-    std::sort(sizes->rbegin(), sizes->rend());
-    sizes->resize(std::min<std::size_t>(sizes->size(), core::thread_count()));
-  }
-  for (double work : works) need.work += work;
-  for (double block : blocks) need.other += block;
-  return need;
-}
-
-void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  SpdOptions solver;
-  solver.factor.block = solver.multigrid.block = 3;
-  solver.multigrid.tolerance = options.tolerance;
-  std::vector<SparseAnalysis> analyses;
-  if (options.choice != SolverChoice::iterative) analyses.resize(elastic.size());
-  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
-    const std::size_t b = elastic[i];
-    const mesh::BodySpec& spec = machine.bodies[b];
-    bodies[b] = assemble_elastic(mesh.bodies[b], machine.material(spec.material), spec.id);
-    if (!analyses.empty()) analyses[i] = analyse(bodies[b].stiffness, solver.factor);
-  });
-  if (options.plan) {
-    options.plan->elastic = memory_need(analyses);
-    for (const SparseAnalysis& analysis : analyses) options.plan->wide = options.plan->wide || analysis.wide;
-    // The matrices counted as needed are there already.
-    double there = 0.0;
-    for (int body : elastic) there += 12.0 * (bodies[body].stiffness.nonZeros());
-    decide(*options.plan, options.choice, available_memory() + there);
-    solver.kind = options.plan->elastic_solver;
-  } else if (options.choice == SolverChoice::iterative) {
-    solver.kind = LinearSolver::iterative;
-  }
-  summary.solver = solver.kind;
-  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
-    const std::size_t b = elastic[i];
-    SpdOptions of_body = solver;
-    if (solver.kind == LinearSolver::iterative) of_body.multigrid.near_null = bodies[b].rigid;
-    try {
-      factors[b] = std::make_unique<SpdSolver>(bodies[b].stiffness, of_body, analyses.empty() ? nullptr : &analyses[i]);
-    } catch (const core::SolverError& error) {
-      throw core::SolverError("body '" + machine.bodies[b].id + "': " + error.what());
-    }
-    bodies[b].stiffness = SparseMatrix();  // only its factor is needed from here on
-  });
-  for (int body : elastic) summary.factor_bytes += factors[body]->memory_bytes();
-  summary.factor_seconds = seconds_since(start);
-}
-
-/// By a factor, K^+ has the three points that hold the body; balanced loads (all that the machine
-/// ever puts on a body) do not feel them. Iterative solves balance first: the tolerance then is
-/// relative to what strains the body, and the rigid rest is taken out again.
-Eigen::MatrixXd ElasticModel::Impl::apply_inverse(int body, Eigen::MatrixXd loads) const {
-  const std::size_t b = body;
-  const bool iterative = !factors[b]->is_direct();
-  if (iterative) balance(bodies[b].rigid, loads);
-  clear_fixed(bodies[b], loads);
-  Eigen::MatrixXd motion = factors[b]->solve(loads);
-  if (iterative) balance(bodies[b].rigid, motion);
-  return motion;
-}
-
-void ElasticModel::Impl::solve_units(int body) {
-  const std::size_t b = body;
-  const std::vector<Functional>& functionals = units.of(body);
-  const auto count = std::ssize(functionals);
-  BodyResponse& response = responses[b];
-  response.gram.setZero(count, count);
-  response.rigid.setZero(6, count);
-  response.centre = bodies[b].centre;
-  response.length = bodies[b].length;
-  thermal[b].resize(nodes(body), count);
-  for (Eigen::Index u = 0; u < count; ++u) {
-    for (const auto& [dof, weight] : functionals[u])
-      response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
-  }
-  const Eigen::Index at_once = columns_at_once(nodes(body));
-  for (Eigen::Index first = 0; first < count; first += at_once) {
-    const Eigen::Index width = std::min(at_once, count - first);
-    Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * nodes(body), width);
-    for (Eigen::Index u = 0; u < width; ++u)
-      for (const auto& [dof, weight] : functionals[first + u]) loads(dof, u) += weight;
-    const Eigen::MatrixXd motion = apply_inverse(body, std::move(loads));
-    thermal[b].middleCols(first, width).noalias() = bodies[b].thermal_load.transpose() * motion;
-    for (Eigen::Index u = 0; u < count; ++u)
-      for (Eigen::Index v = 0; v < width; ++v) response.gram(u, first + v) = evaluate(functionals[u], motion.col(v));
-  }
-  response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
-}
-
 void ElasticOptions::validate() const { core::require_within("elastic options: tolerance", tolerance, {1e-16, 1.0}); }
 
 ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options)
-    : impl_(std::make_unique<Impl>(mesh.bodies.size())) {
+    : impl_(std::make_unique<Impl>(mesh)) {
   options.validate();
   Impl& impl = *impl_;
-  impl.machine = mesh.machine;
-  impl.first_node = mesh.first_node;
   impl.size = thermal.size;
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-    if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(b);
   impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
   if (mesh.machine.has_tcp()) impl.outputs.emplace(mesh, impl.units);
   impl.carried = carried_bodies(mesh);
   require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
   impl.factorise(mesh, options);
-
-  const auto start = std::chrono::steady_clock::now();
-  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
-  for (int body : impl.elastic) impl.summary.unit_solves += std::ssize(impl.units.of(body));
-  impl.summary.unit_seconds = seconds_since(start);
+  impl.solve_units();
   if (impl.elastic.empty()) return;
   const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
   impl.summary.springs = home.springs().size();
