@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
+#include "reduction/basis/projection.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"

@@ -11,7 +11,7 @@
 #include "compensation/online/output_map.h"
 #include "core/error.h"
 #include "core/units.h"
-#include "reduction/basis/reduce.h"
+#include "reduction/basis/projection.h"
 
 namespace thermotwin::compensation {
 namespace {

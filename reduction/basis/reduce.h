@@ -65,12 +65,6 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
                     ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr,
                     Eigen::MatrixXd* basis = nullptr);
 
-/// Galerkin projection on columns that are orthonormal in the capacity.
-ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis);
-
-/// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
-ReducedModel truncated(const ReducedModel& model, Eigen::Index order);
-
 /// Order of the reference of an estimate: half as much again.
 inline Eigen::Index reference_order(Eigen::Index order) { return order + (order + 1) / 2; }
 

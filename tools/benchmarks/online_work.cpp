@@ -14,7 +14,7 @@
 
 #include "core/error.h"
 #include "mesh/machine/kinematics.h"
-#include "reduction/basis/reduce.h"
+#include "reduction/basis/projection.h"
 #include "reduction/model/exact_stepper.h"
 #include "reduction/model/model_file.h"
 #include "reduction/model/reduced_simulation.h"

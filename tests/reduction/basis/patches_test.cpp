@@ -10,6 +10,7 @@
 
 #include "core/units.h"
 #include "mesh/selection.h"
+#include "reduction/basis/projection.h"
 #include "reduction/basis/reduce.h"
 #include "reduction/basis/responses.h"
 #include "reduction/model/model_file.h"
