@@ -23,17 +23,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
-#include <regex>
 #include <set>
 #include <stdexcept>
 
-#include "core/character.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/key_lookup.h"
 #include "core/text.h"
+#include "core/toml_text.h"
 
 namespace thermotwin::core {
 
@@ -71,14 +70,16 @@ struct Node::Data {
 
   std::string path_of(const std::string& key) const { return path.empty() ? key : path + "." + key; }
 
-  /// The row of a key that is read as one of these kinds; null in a file without a KeyTable.
-  const Key* row(const std::string& key, std::initializer_list<KeyKind> as) const {
-    if (keys == nullptr) return nullptr;
-    const Key* found = keys->find(key);
-    if (found == nullptr) throw std::logic_error("no row for key '" + key + "' in the table of " + keys->name);
-    if (std::find(as.begin(), as.end(), found->kind) == as.end())
-      throw std::logic_error("key '" + key + "' of " + keys->name + " is no " + phrase(*as.begin()));
-    return found;
+  /// See row_of().
+  const Key* row(const std::string& key, std::initializer_list<KeyKind> as) const { return row_of(keys, key, as); }
+
+  /// The data of a table within this one.
+  std::shared_ptr<Data> inner(const toml::node& value, const KeyTable* its_keys, std::string its_path) const {
+    auto data = std::make_shared<Data>(*this);
+    data->table = value.as_table();
+    data->keys = its_keys;
+    data->path = std::move(its_path);
+    return data;
   }
 
   std::string place_of(const std::string& key) const;
@@ -90,16 +91,11 @@ namespace {
 
 /// Keys in the order of the file: the table itself sorts them by name.
 std::vector<std::string> keys_as_written(const toml::table& table) {
-  struct Entry {
-    toml::source_position position;
-    std::string key;
-  };
-  std::vector<Entry> entries;
-  for (const auto& [key, value] : table) entries.push_back({key.source().begin, std::string(key.str())});
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const Entry& a, const Entry& b) { return a.position < b.position; });
+  std::vector<std::pair<toml::source_position, std::string>> entries;
+  for (const auto& [key, value] : table) entries.emplace_back(key.source().begin, key.str());
+  std::stable_sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> keys;
-  for (Entry& entry : entries) keys.push_back(std::move(entry.key));
+  for (auto& [position, key] : entries) keys.push_back(std::move(key));
   return keys;
 }
 
@@ -152,44 +148,6 @@ std::string text_from(const toml::node& node, const std::string& place) {
   return text->get();
 }
 
-std::string one_of(const std::string& value, const std::string& place, const std::vector<std::string>& allowed) {
-  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
-  throw InputError(place, "\"" + value + "\"", "one of: " + join(allowed));
-}
-
-/// What is meant by a line that is no TOML, as far as its form tells; else "TOML 1.0".
-std::string allowed_instead(const std::string& text, std::size_t line_number, const std::string& description) {
-  std::size_t begin = 0;
-  for (std::size_t line = 1; line < line_number && begin != std::string::npos; ++line) {
-    begin = text.find('\n', begin);
-    if (begin != std::string::npos) ++begin;
-  }
-  if (begin == std::string::npos) return "TOML 1.0";
-  const std::string line = text.substr(begin, text.find('\n', begin) - begin);
-  std::smatch found;
-  static const std::regex comma(R"(^\s*([\w.-]+)\s*=\s*([-+]?\d+),(\d+)\s*(#.*)?$)");
-  if (std::regex_search(line, found, comma))
-    return fmt::format("a decimal point: {} = {}.{}", found[1].str(), found[2].str(), found[3].str());
-  static const std::regex bare(R"(^\s*([\w.-]+)\s*=\s*([A-Za-z_][\w.-]*)\s*(#.*)?$)");
-  static const std::regex truth(R"(^\s*([\w.-]+)\s*=\s*(?:([Tt][Rr][Uu][Ee])|[Ff][Aa][Ll][Ss][Ee])\s*(#.*)?$)");
-  if (std::regex_search(line, found, truth))
-    return fmt::format("small letters: {} = {}", found[1].str(), found[2].matched ? "true" : "false");
-  if (std::regex_search(line, found, bare))
-    return fmt::format("a text in quotes: {} = \"{}\"", found[1].str(), found[2].str());
-  static const std::regex header(R"(^\s*\[\s*([\w.-]+)\s*\]\s*(#.*)?$)");
-  if (std::regex_search(line, found, header) && description.find("redefine") != std::string::npos)
-    return fmt::format("each [table] once; of several ones [[{}]] each", found[1].str());
-  return "TOML 1.0";
-}
-
-/// "4:7" for an offset; columns count bytes.
-std::string line_and_column(const std::string& text, std::size_t offset) {
-  const auto line = 1 + std::count(text.begin(), text.begin() + offset, '\n');
-  const std::size_t before = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
-  const std::size_t column = before == std::string::npos ? offset + 1 : offset - before;
-  return fmt::format("{}:{}", line, column);
-}
-
 }  // namespace
 
 Config::Config() : data_(std::make_unique<Data>()) {}
@@ -202,17 +160,7 @@ Config Config::load(const std::filesystem::path& path, const KeyTable* keys) {
 }
 
 Config Config::parse(const std::string& text, const std::string& source, const KeyTable* keys) {
-  // The parser is not safe on broken UTF-8, so it never sees any.
-  if (const auto offset = find_invalid_utf8(text)) {
-    throw InputError(source + ":" + line_and_column(text, *offset), fmt::format("byte {:#04x}", byte_of(text[*offset])),
-                     "text in UTF-8");
-  }
-  // Nor letters where TOML has none: it takes some of them for an impossible case.
-  if (const auto offset = find_bare_non_ascii(text)) {
-    throw InputError(source + ":" + line_and_column(text, *offset),
-                     fmt::format("byte {:#04x} outside of quotes and comments", byte_of(text[*offset])),
-                     "ASCII there; other letters in quotes");
-  }
+  require_toml_text(text, source);
   Config config;
   config.data_->text = text;
   config.data_->source = source;
@@ -242,8 +190,7 @@ const std::string& Config::source() const { return data_->source; }
 Node::Node(std::shared_ptr<Data> data) : data_(std::move(data)) {}
 
 bool Node::has(const std::string& key) const {
-  if (data_->keys != nullptr && data_->keys->find(key) == nullptr)
-    throw std::logic_error("no row for key '" + key + "' in the table of " + data_->keys->name);
+  if (data_->keys != nullptr) required_row(*data_->keys, key);
   return data_->ask(key) != nullptr;
 }
 
@@ -255,8 +202,7 @@ std::string Node::Data::likely_misnamed(const std::string& key) const {
   for (std::string& written : keys_as_written(*table)) {
     if (!was_asked(written)) unknown.push_back(std::move(written));
   }
-  const std::string candidate = nearest(key, unknown);
-  return edit_distance(key, candidate) <= std::max<std::size_t>(2, key.size() / 3) ? candidate : "";
+  return much_like(key, unknown);
 }
 
 const toml::node& Node::Data::require(const std::string& key, const std::string& allowed) const {
@@ -265,20 +211,6 @@ const toml::node& Node::Data::require(const std::string& key, const std::string&
   throw InputError(place_of(key), "missing" + (misnamed.empty() ? "" : " (found: " + misnamed + ")"), allowed);
 }
 
-namespace {
-
-/// The value of an absent key, if its row has one of this type.
-template <class T>
-const T* value_of(const Key* row) {
-  return row == nullptr ? nullptr : std::get_if<T>(&row->otherwise);
-}
-
-Range range_of(const Key* row, const std::optional<Range>& given) {
-  return given ? *given : row != nullptr ? row->range : any_number;
-}
-
-}  // namespace
-
 double Node::number(const std::string& key, std::optional<Range> given) const {
   const Key* row = data_->row(key, {KeyKind::number, KeyKind::uncertain});
   const Range range = range_of(row, given);
@@ -286,20 +218,12 @@ double Node::number(const std::string& key, std::optional<Range> given) const {
   return number_from(data_->require(key, phrase(range)), place(key), range);
 }
 
-double Node::number_or(const std::string& key, double otherwise, std::optional<Range> range) const {
-  return has(key) ? number(key, range) : otherwise;
-}
-
 Uncertain Node::uncertain(const std::string& key, std::optional<Range> given) const {
   const Key* row = data_->row(key, {KeyKind::uncertain});
   const toml::node* value = data_->ask(key);
   if (value == nullptr || !value->is_table()) return {number(key, given), 0.0};
   const Range range = range_of(row, given);
-  auto data = std::make_shared<Data>(*data_);
-  data->table = value->as_table();
-  data->keys = nullptr;
-  data->path = data_->path_of(key);
-  const Node inner(std::move(data));
+  const Node inner(data_->inner(*value, nullptr, data_->path_of(key)));
   const double nominal = inner.number("value", range);
   if (!inner.has("std_percent")) {
     const std::vector<std::string> written = inner.keys();
@@ -315,10 +239,6 @@ Uncertain Node::uncertain(const std::string& key, std::optional<Range> given) co
   return result;
 }
 
-Uncertain Node::uncertain_or(const std::string& key, Uncertain otherwise, std::optional<Range> range) const {
-  return has(key) ? uncertain(key, range) : otherwise;
-}
-
 int Node::integer(const std::string& key) const {
   const Key* row = data_->row(key, {KeyKind::whole});
   if (row == nullptr) return integer(key, std::numeric_limits<int>::min(), std::numeric_limits<int>::max());
@@ -332,14 +252,9 @@ int Node::integer(const std::string& key, int low, int high) const {
   const std::string allowed = fmt::format("an integer from {} to {}", low, high);
   const toml::node& value = data_->require(key, allowed);
   const auto* integer = value.as_integer();
-  if (integer == nullptr || integer->get() < low || integer->get() > high) {
+  if (integer == nullptr || integer->get() < low || integer->get() > high)
     throw InputError(place(key), shown(value), allowed);
-  }
   return integer->get();
-}
-
-int Node::integer_or(const std::string& key, int otherwise, int low, int high) const {
-  return has(key) ? integer(key, low, high) : otherwise;
 }
 
 int Node::schema(int newest) const {
@@ -374,10 +289,6 @@ std::string Node::text(const std::string& key) const {
   return text_from(data_->require(key, "a text in quotes"), place(key));
 }
 
-std::string Node::text_or(const std::string& key, const std::string& otherwise) const {
-  return has(key) ? text(key) : otherwise;
-}
-
 std::string Node::choice(const std::string& key, const std::vector<std::string>& given) const {
   const Key* row = data_->row(key, {KeyKind::word});
   if (const std::string* otherwise = value_of<std::string>(row); otherwise != nullptr && !has(key)) return *otherwise;
@@ -385,12 +296,9 @@ std::string Node::choice(const std::string& key, const std::vector<std::string>&
   const std::string words = "one of: " + join(allowed);
   const toml::node& found = data_->require(key, words);
   if (!found.is_string()) throw InputError(place(key), shown(found), words);
-  return one_of(text(key), place(key), allowed);
-}
-
-std::string Node::choice_or(const std::string& key, const std::string& otherwise,
-                            const std::vector<std::string>& allowed) const {
-  return has(key) ? choice(key, allowed) : otherwise;
+  const std::string value = text(key);
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  throw InputError(place(key), "\"" + value + "\"", words);
 }
 
 Eigen::Vector3d Node::vector3(const std::string& key) const {
@@ -422,14 +330,8 @@ std::vector<std::string> Node::texts(const std::string& key) const {
   if (found.is_string()) return {text(key)};
   const toml::array& array = array_from(found, place(key), allowed);
   std::vector<std::string> result;
-  for (std::size_t i = 0; i < array.size(); ++i) {
-    result.push_back(text_from(array[i], element_place(place(key), i)));
-  }
+  for (std::size_t i = 0; i < array.size(); ++i) result.push_back(text_from(array[i], element_place(place(key), i)));
   return result;
-}
-
-std::vector<std::string> Node::texts_or_empty(const std::string& key) const {
-  return has(key) ? texts(key) : std::vector<std::string>();
 }
 
 Eigen::MatrixX3d Node::points3(const std::string& key) const {
@@ -451,15 +353,7 @@ Node Node::table(const std::string& key) const {
   const std::string allowed = fmt::format("one table: [{0}] or {0} = {{...}}", key);
   const toml::node& found = data_->require(key, allowed);
   if (!found.is_table()) throw InputError(place(key), shown(found), allowed);
-  auto data = std::make_shared<Data>(*data_);
-  data->table = found.as_table();
-  data->keys = row == nullptr ? nullptr : row->keys;
-  data->path = data_->path_of(key);
-  return Node(std::move(data));
-}
-
-std::optional<Node> Node::table_if(const std::string& key) const {
-  return has(key) ? std::optional(table(key)) : std::nullopt;
+  return Node(data_->inner(found, row == nullptr ? nullptr : row->keys, data_->path_of(key)));
 }
 
 std::vector<Node> Node::tables(const std::string& key) const {
@@ -475,11 +369,8 @@ std::vector<Node> Node::tables(const std::string& key) const {
   const toml::array& array = array_from(*value, place(key), allowed);
   for (std::size_t i = 0; i < array.size(); ++i) {
     if (!array[i].is_table()) throw InputError(element_place(place(key), i), shown(array[i]), allowed);
-    auto data = std::make_shared<Data>(*data_);
-    data->table = array[i].as_table();
-    data->keys = row == nullptr ? nullptr : row->keys;
-    data->path = element_place(data_->path_of(key), i);
-    nodes.push_back(Node(std::move(data)));
+    nodes.push_back(
+        Node(data_->inner(array[i], row == nullptr ? nullptr : row->keys, element_place(data_->path_of(key), i))));
   }
   return nodes;
 }
@@ -501,28 +392,8 @@ std::string Node::Data::place_of(const std::string& key) const {
 
 void Node::finish() const {
   for (const std::string& key : keys()) {
-    if (data_->was_asked(key)) continue;
-    if (data_->keys != nullptr && data_->keys->find_exactly(key) != nullptr)
-      throw InputError(place(key), "key '" + key + "' has no meaning here", "leave it out");
-    std::set<std::string> known = data_->config->asked[data_->table];
-    if (data_->keys != nullptr)
-      for (const Key& row : data_->keys->keys)
-        if (!row.is_pattern()) known.insert(row.name);
-    const std::vector<std::string> names(known.begin(), known.end());
-    if (names.empty()) throw InputError(place(key), "unknown key", "no key here");
-    throw InputError(place(key), "unknown key", "nearest is " + nearest(key, names));
+    if (!data_->was_asked(key)) refuse_key(key, place(key), data_->keys, data_->config->asked[data_->table]);
   }
-}
-
-void require_unique_id(const std::string& id, const std::string& place, std::vector<std::string>& seen) {
-  const bool well_formed = !id.empty() && std::all_of(id.begin(), id.end(), [](char c) {
-    return is_letter_or_digit(c) || c == '_' || c == '.' || c == '-';
-  });
-  if (!well_formed) throw InputError(place, "id \"" + id + "\"", "letters, digits and _ . - in an id");
-  if (std::find(seen.begin(), seen.end(), id) != seen.end()) {
-    throw InputError(place, "id \"" + id + "\" a second time", "each id once");
-  }
-  seen.push_back(id);
 }
 
 }  // namespace thermotwin::core

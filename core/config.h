@@ -51,32 +51,46 @@ public:
   std::vector<std::string> keys() const;  ///< as written; counts none as known
 
   double number(const std::string& key, std::optional<Range> range = {}) const;
-  double number_or(const std::string& key, double otherwise, std::optional<Range> range = {}) const;
+  double number_or(const std::string& key, double otherwise, std::optional<Range> range = {}) const {
+    return has(key) ? number(key, range) : otherwise;
+  }
   Uncertain uncertain(const std::string& key, std::optional<Range> range = {}) const;
-  Uncertain uncertain_or(const std::string& key, Uncertain otherwise, std::optional<Range> range = {}) const;
+  Uncertain uncertain_or(const std::string& key, Uncertain otherwise, std::optional<Range> range = {}) const {
+    return has(key) ? uncertain(key, range) : otherwise;
+  }
   int integer(const std::string& key) const;
   int integer(const std::string& key, int low, int high) const;
-  int integer_or(const std::string& key, int otherwise, int low, int high) const;
+  int integer_or(const std::string& key, int otherwise, int low, int high) const {
+    return has(key) ? integer(key, low, high) : otherwise;
+  }
   /// The version of the file's keys, from 1. @throws InputError naming both for a newer one than is read; absent
   int schema(int newest) const;
   bool boolean(const std::string& key) const;
   bool boolean_or(const std::string& key, bool otherwise) const;
   std::string text(const std::string& key) const;
-  std::string text_or(const std::string& key, const std::string& otherwise) const;
+  std::string text_or(const std::string& key, const std::string& otherwise) const {
+    return has(key) ? text(key) : otherwise;
+  }
   /// @param allowed  none: those of the key's row. @throws InputError unless the text is one of the allowed words
   std::string choice(const std::string& key, const std::vector<std::string>& allowed = {}) const;
   std::string choice_or(const std::string& key, const std::string& otherwise,
-                        const std::vector<std::string>& allowed = {}) const;
+                        const std::vector<std::string>& allowed = {}) const {
+    return has(key) ? choice(key, allowed) : otherwise;
+  }
   Eigen::Vector3d vector3(const std::string& key) const;
   bool is_list(const std::string& key) const;  ///< an array stands there
   std::vector<double> numbers(const std::string& key) const;
   std::vector<std::string> texts(const std::string& key) const;  ///< a text or an array of texts
-  std::vector<std::string> texts_or_empty(const std::string& key) const;
+  std::vector<std::string> texts_or_empty(const std::string& key) const {
+    return has(key) ? texts(key) : std::vector<std::string>();
+  }
   /// [[x, y, z], ...] as rows (n x 3)
   Eigen::MatrixX3d points3(const std::string& key) const;
 
   Node table(const std::string& key) const;  ///< [key] or key = {...}; required
-  std::optional<Node> table_if(const std::string& key) const;
+  std::optional<Node> table_if(const std::string& key) const {
+    return has(key) ? std::optional(table(key)) : std::nullopt;
+  }
   std::vector<Node> tables(const std::string& key) const;  ///< [[key]]; absent: empty
 
   /// "machine.toml:12 film[3].law" - of this table, or of one of its keys; the third [[film]] is [3]
@@ -93,8 +107,5 @@ private:
   explicit Node(std::shared_ptr<Data> data);
   std::shared_ptr<Data> data_;
 };
-
-/// @throws InputError if two ids are equal or one is empty; ids may hold letters, digits, _ . -
-void require_unique_id(const std::string& id, const std::string& place, std::vector<std::string>& seen);
 
 }  // namespace thermotwin::core

@@ -17,6 +17,7 @@
 #include "core/file.h"
 #include "core/text.h"
 #include "core/time_of_day.h"
+#include "core/unique_id.h"
 
 namespace thermotwin::compensation {
 namespace {

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "core/unique_id.h"
 #include "mesh/machine/flow_network.h"
 #include "mesh/machine/reader.h"
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/machine/reader.h"
 
+#include "core/unique_id.h"
+
 namespace thermotwin::mesh::reader {
 
 using core::InputError;

@@ -12,6 +12,7 @@
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/unique_id.h"
 #include "core/units.h"
 #include "diagnosis/statistics/statistics.h"
 #include "metrology/rtest/result_folder.h"

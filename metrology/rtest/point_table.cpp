@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/unique_id.h"
 #include "core/units.h"
 
 namespace thermotwin::metrology {

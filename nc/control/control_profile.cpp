@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
+#include "core/unique_id.h"
 #include "core/units.h"
 #include "nc/control/built_in.h"
 #include "nc/control/control_keys.h"

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/unique_id.h"
 
 namespace thermotwin::nc {
 
