@@ -164,8 +164,8 @@ MachineValue segment_value(Machine& machine, const std::string& id, const KindRo
 MachineValue exchange_value(Machine& machine, const std::string& id, const KindRow& row) {
   for (mesh::VolumeSpec& volume : machine.volumes) {
     const std::vector<std::string> ids = exchange_ids(volume);
-    const auto at = std::find(ids.begin(), ids.end(), id) - ids.begin();
-    if (at == std::ssize(ids)) continue;
+    const std::size_t at = std::find(ids.begin(), ids.end(), id) - ids.begin();
+    if (at == ids.size()) continue;
     mesh::VolumeExchange& exchange = volume.exchanges[at];
     MachineValue value{"volume", volume.id, exchange.with, row.key, &exchange.conductance.value};
     value.part_table = "exchange";

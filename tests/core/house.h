@@ -31,7 +31,7 @@ inline const std::vector<Layer> house = {
 inline const std::vector<std::string> casts = {
     R"(\w*cast<)",
     R"((?:^|[^\w<:.>])(?:std::|Eigen::)?(?:[a-z]*(?:size|ptrdiff|int\d+|intptr|time)_t|Index|bool|char|short|int|long|unsigned|float|double)(?:\((?![)*])|\{(?=[A-Za-z_(*&])))",
-    R"((?:^|[^\w)\]>]|\breturn |\belse )\((?!void\))(?:\w+::)*\w+(?: \w+)*[ *&]*(?:const)?[ *]*\)(?=[\w(*&~!\-"]))"};
+    R"((?:^|[^\w)\]>])\((?!void\))(?:\w+::)*\w+(?: \w+)*[ *&]*(?:const)?[ *]*\)(?=[\w(*&~!\-"]))"};
 
 struct Source {
   std::filesystem::path path;  ///< from the root of the tree
