@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/unique_id.h"
 #include "tests/core/temporary_folder.h"
 
 namespace thermotwin::core {
