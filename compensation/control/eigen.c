@@ -9,8 +9,10 @@
 
 enum { most_sweeps = 60 };    /* of one eigenvalue */
 enum { sorted_columns = 50 }; /* of a slice */
-enum { phase_reduce, phase_form, phase_turn, phase_sort, phase_done, phase_failed };
-enum { at_phase, at_column, at_sweeps }; /* of progress */
+enum { phase_measure, phase_scale, phase_reduce, phase_form, phase_turn, phase_sort, phase_done, phase_failed };
+/* Of progress. Within a column: the part of its reflection, or the next column to multiply. A sweep that is under way
+ * has its next row and its end. */
+enum { at_phase, at_column, at_sweeps, at_part, at_end };
 
 /* The parts of work. */
 static double* off_diagonal(const tt_eigen* job) { return job->work; }         /* (n) e[i] couples i and i + 1 */
@@ -19,68 +21,108 @@ static double* scratch(const tt_eigen* job) { return job->work + 2 * job->n; } /
 static double* size(const tt_eigen* job) { return job->work + 3 * job->n; }    /* largest entry of A */
 static double* column_of(const tt_eigen* job, ptrdiff_t j) { return job->a + j * job->n; }
 
-int tt_eigen_work(int n) { return 3 * n + 1; }
+/* Of the sweep under way. */
+typedef struct rotation {
+  double g, s, c, shift;
+} rotation;
+enum { rotation_values = 4 };
 
-int tt_eigen_slices(int n) { return 4 * n + n / sorted_columns + 30; }
+static rotation kept_rotation(const tt_eigen* job) {
+  const double* kept = size(job) + 1;
+  const rotation own = {kept[0], kept[1], kept[2], kept[3]};
+  return own;
+}
+
+static void keep_rotation(const tt_eigen* job, rotation own) {
+  double* kept = size(job) + 1;
+  kept[0] = own.g;
+  kept[1] = own.s;
+  kept[2] = own.c;
+  kept[3] = own.shift;
+}
+
+/* Multiplications of a slice, about, and of a part of a reflection of m rows. */
+static ptrdiff_t products(ptrdiff_t m) { return m * m; }
+static ptrdiff_t slice_products(int n) { return products(n); }
+
+int tt_eigen_work(int n) { return 3 * n + 1 + rotation_values; }
+
+int tt_eigen_slices(int n) { return 11 * n / 2 + n / sorted_columns + 30; }
 
 void tt_eigen_begin(const tt_eigen* job) {
+  for (int i = 0; i < tt_eigen_progress; ++i) job->progress[i] = 0;
+  job->progress[at_phase] = phase_measure;
+}
+
+/* Squares of scaled entries neither overflow nor vanish. */
+static void measure(const tt_eigen* job) {
   const int n = job->n;
   double largest = 0.0;
   for (int j = 0; j < n; ++j) {
     for (int i = j; i < n; ++i) largest = fabs(column_of(job, j)[i]) > largest ? fabs(column_of(job, j)[i]) : largest;
   }
-  /* Squares of the entries then neither overflow nor vanish. */
   *size(job) = largest > 0.0 ? largest : 1.0;
+  job->progress[at_phase] = phase_scale;
+}
+
+static void scale(const tt_eigen* job) {
+  const int n = job->n;
   for (int j = 0; j < n; ++j) {
     for (int i = j; i < n; ++i) column_of(job, j)[i] /= *size(job);
   }
   job->progress[at_phase] = phase_reduce;
-  job->progress[at_column] = 0;
-  job->progress[at_sweeps] = 0;
 }
 
 /* A <- H A H with H = 1 - tau v v^T, which leaves of column k the diagonal and one entry below it. v(0) = 1; the rest
- * of v stands where the column's zeros are. Only the lower triangle is used. */
-static void reduce_column(const tt_eigen* job, int k) {
-  const int n = job->n, m = n - k - 1;
+ * of v stands where the column's zeros are. Only the lower triangle is used. First part: v, tau and A v. */
+static void reflect(const tt_eigen* job, int k) {
+  const int m = job->n - k - 1;
   double *x = column_of(job, k) + k + 1, *p = scratch(job);
   const double tail = tt_dot(m - 1, x + 1, x + 1);
-  double tau = 0.0;
   off_diagonal(job)[k] = x[0];
-  if (tail > 0.0) {
-    const double length = sqrt(x[0] * x[0] + tail), beta = x[0] > 0.0 ? -length : length;
-    tau = (beta - x[0]) / beta;
-    tt_scale(m - 1, 1.0 / (x[0] - beta), x + 1);
-    off_diagonal(job)[k] = beta;
-    x[0] = 1.0;
-    tt_zero(m, p);
-    for (int j = 0; j < m; ++j) {
-      const double* a = column_of(job, k + 1 + j) + k + 1;
-      p[j] += a[j] * x[j] + tt_dot(m - j - 1, a + j + 1, x + j + 1);
-      tt_axpy(m - j - 1, x[j], a + j + 1, p + j + 1);
-    }
-    tt_scale(m, tau, p);
-    tt_axpy(m, -0.5 * tau * tt_dot(m, p, x), x, p);
-    for (int j = 0; j < m; ++j) {
-      double* a = column_of(job, k + 1 + j) + k + 1;
-      const double xj = x[j], pj = p[j];
-      for (int i = j; i < m; ++i) a[i] -= x[i] * pj + p[i] * xj;
-    }
-  }
+  factors(job)[k] = 0.0;
+  if (!(tail > 0.0)) return;
+  const double length = sqrt(x[0] * x[0] + tail), beta = x[0] > 0.0 ? -length : length, tau = (beta - x[0]) / beta;
   factors(job)[k] = tau;
+  tt_scale(m - 1, 1.0 / (x[0] - beta), x + 1);
+  off_diagonal(job)[k] = beta;
+  x[0] = 1.0;
+  tt_zero(m, p);
+  for (int j = 0; j < m; ++j) {
+    const double* a = column_of(job, k + 1 + j) + k + 1;
+    p[j] += a[j] * x[j] + tt_dot(m - j - 1, a + j + 1, x + j + 1);
+    tt_axpy(m - j - 1, x[j], a + j + 1, p + j + 1);
+  }
+  tt_scale(m, tau, p);
+  tt_axpy(m, -0.5 * tau * tt_dot(m, p, x), x, p);
+}
+
+/* Second part: the columns behind k. */
+static void reduce_rest(const tt_eigen* job, int k) {
+  const int m = job->n - k - 1;
+  const double *x = column_of(job, k) + k + 1, *p = scratch(job);
+  for (int j = 0; j < m && factors(job)[k] != 0.0; ++j) {
+    double* a = column_of(job, k + 1 + j) + k + 1;
+    const double xj = x[j], pj = p[j];
+    for (int i = j; i < m; ++i) a[i] -= x[i] * pj + p[i] * xj;
+  }
   job->values[k] = column_of(job, k)[k];
 }
 
-/* Multiplies the orthogonal matrix of the columns behind k + 1 by the reflection of column k, in place. */
-static void form_column(const tt_eigen* job, int k) {
-  const int n = job->n, m = n - k - 2;
+/* Multiplies a column of the orthogonal matrix of the columns behind k + 1 by the reflection of column k, in place. */
+static void form_part(const tt_eigen* job, int k, int j) {
+  const int m = job->n - k - 2;
   const double *v = column_of(job, k) + k + 2, tau = factors(job)[k];
-  for (int j = k + 2; j < n; ++j) {
-    double* q = column_of(job, j) + k + 1;
-    const double share = tau * tt_dot(m, v, q + 1);
-    q[0] = -share;
-    tt_axpy(m, -share, v, q + 1);
-  }
+  double* q = column_of(job, j) + k + 1;
+  const double share = tau * tt_dot(m, v, q + 1);
+  q[0] = -share;
+  tt_axpy(m, -share, v, q + 1);
+}
+
+/* The column that the reflection of column k adds. */
+static void form_own(const tt_eigen* job, int k) {
+  const int m = job->n - k - 2;
+  const double *v = column_of(job, k) + k + 2, tau = factors(job)[k];
   double* own = column_of(job, k + 1);
   tt_zero(k + 1, own);
   own[k + 1] = 1.0 - tau;
@@ -106,53 +148,73 @@ static int block_end(const tt_eigen* job, int l) {
   return m;
 }
 
-/* One sweep of QL on the rows l to m. */
-static void sweep(const tt_eigen* job, int l, int m) {
-  double *d = job->values, *e = off_diagonal(job);
+/* A sweep of QL on the rows l to m begins at its end. */
+static void begin_sweep(const tt_eigen* job, int l, int m) {
+  const double *d = job->values, *e = off_diagonal(job);
   const double half = (d[l + 1] - d[l]) / (2.0 * e[l]), root = sqrt(half * half + 1.0);
-  double g = d[m] - d[l] + e[l] / (half + (half < 0.0 ? -root : root));
-  double s = 1.0, c = 1.0, shift = 0.0;
-  for (int i = m - 1; i >= l; --i) {
-    const double f = s * e[i], b = c * e[i], r = sqrt(f * f + g * g);
-    e[i + 1] = r;
-    if (!(r > 0.0)) { /* the block falls apart here */
-      d[i + 1] -= shift;
-      e[m] = 0.0;
-      return;
-    }
-    s = f / r;
-    c = g / r;
-    g = d[i + 1] - shift;
-    const double t = (d[i] - g) * s + 2.0 * c * b;
-    shift = s * t;
-    d[i + 1] = g + shift;
-    g = c * t - b;
-    rotate(job->n, c, s, column_of(job, i), column_of(job, i + 1));
-  }
-  d[l] -= shift;
-  e[l] = g;
-  e[m] = 0.0;
+  const rotation first = {d[m] - d[l] + e[l] / (half + (half < 0.0 ? -root : root)), 1.0, 1.0, 0.0};
+  keep_rotation(job, first);
+  job->progress[at_part] = m - 1;
+  job->progress[at_end] = m;
 }
 
-/* Sweeps of about n rotations together. */
-static void turn(const tt_eigen* job) {
-  const int n = job->n;
-  int* l = &job->progress[at_column];
+static void end_sweep(const tt_eigen* job) { job->progress[at_end] = 0; }
+
+/* At most so many rotations of the sweep. Returns their number. */
+static int sweep_on(const tt_eigen* job, int most) {
+  double *d = job->values, *e = off_diagonal(job);
+  const int l = job->progress[at_column], m = job->progress[at_end];
+  int* i = &job->progress[at_part];
+  rotation w = kept_rotation(job);
   int rotations = 0;
+  for (; *i >= l && rotations < most; --*i, ++rotations) {
+    const double f = w.s * e[*i], b = w.c * e[*i], r = sqrt(f * f + w.g * w.g);
+    e[*i + 1] = r;
+    if (!(r > 0.0)) { /* the block falls apart here */
+      d[*i + 1] -= w.shift;
+      e[m] = 0.0;
+      end_sweep(job);
+      return rotations;
+    }
+    w.s = f / r;
+    w.c = w.g / r;
+    w.g = d[*i + 1] - w.shift;
+    const double t = (d[*i] - w.g) * w.s + 2.0 * w.c * b;
+    w.shift = w.s * t;
+    d[*i + 1] = w.g + w.shift;
+    w.g = w.c * t - b;
+    rotate(job->n, w.c, w.s, column_of(job, *i), column_of(job, *i + 1));
+  }
+  keep_rotation(job, w);
+  if (*i >= l) return rotations;
+  d[l] -= w.shift;
+  e[l] = w.g;
+  e[m] = 0.0;
+  end_sweep(job);
+  return rotations;
+}
+
+/* A third of n rotations, of one sweep or of several. */
+static void turn(const tt_eigen* job) {
+  const int n = job->n, most = n / 3 + 1;
+  int *l = &job->progress[at_column], rotations = 0;
   while (*l < n) {
-    const int m = block_end(job, *l);
-    if (m == *l) {
-      ++*l;
-      job->progress[at_sweeps] = 0;
-      continue;
+    if (job->progress[at_end] == 0) {
+      const int m = block_end(job, *l);
+      if (m == *l) {
+        ++*l;
+        job->progress[at_sweeps] = 0;
+        continue;
+      }
+      if (rotations == most) return;
+      if (job->progress[at_sweeps]++ == most_sweeps) {
+        job->progress[at_phase] = phase_failed;
+        return;
+      }
+      begin_sweep(job, *l, m);
     }
-    if (rotations > 0 && rotations + m - *l > n) return;
-    if (job->progress[at_sweeps]++ == most_sweeps) {
-      job->progress[at_phase] = phase_failed;
-      return;
-    }
-    sweep(job, *l, m);
-    rotations += m - *l;
+    rotations += sweep_on(job, most - rotations);
+    if (job->progress[at_end] != 0) return;
   }
   *l = 0;
   job->progress[at_phase] = phase_sort;
@@ -184,43 +246,63 @@ static void sort(const tt_eigen* job) {
   job->progress[at_phase] = phase_done;
 }
 
-static void reduce(const tt_eigen* job) {
+/* The last two columns are tridiagonal as they are. */
+static void end_reduction(const tt_eigen* job) {
   const int n = job->n;
-  int* k = &job->progress[at_column];
-  if (*k < n - 2) {
-    reduce_column(job, (*k)++);
-    return;
-  }
-  /* The last two columns are tridiagonal as they are. */
   for (int j = n < 2 ? 0 : n - 2; j < n; ++j) job->values[j] = column_of(job, j)[j];
   if (n > 1) off_diagonal(job)[n - 2] = column_of(job, n - 2)[n - 1];
   off_diagonal(job)[n - 1] = 0.0;
   tt_zero(n, column_of(job, n - 1));
   column_of(job, n - 1)[n - 1] = 1.0;
   if (n > 1) factors(job)[n - 2] = 0.0;
-  *k = n - 3;
+  job->progress[at_column] = n - 3;
+  job->progress[at_part] = n - 1;
   job->progress[at_phase] = phase_form;
+}
+
+static void reduce(const tt_eigen* job) {
+  const int n = job->n;
+  int *k = &job->progress[at_column], *part = &job->progress[at_part];
+  for (ptrdiff_t done = 0; *k < n - 2;) {
+    const ptrdiff_t more = products(n - *k - 1);
+    if (done > 0 && done + more > slice_products(n)) return;
+    done += more;
+    if (*part == 0)
+      reflect(job, *k);
+    else
+      reduce_rest(job, (*k)++);
+    *part = 1 - *part;
+  }
+  end_reduction(job);
 }
 
 static void form(const tt_eigen* job) {
   const int n = job->n;
-  int* k = &job->progress[at_column];
-  if (*k >= 0) {
-    form_column(job, (*k)--);
-    return;
+  int *k = &job->progress[at_column], *j = &job->progress[at_part];
+  for (ptrdiff_t left = slice_products(n); *k >= 0;) {
+    for (; *j < n; ++*j) {
+      if (left < 0) return;
+      form_part(job, *k, *j);
+      left -= 2 * (n - *k);
+    }
+    form_own(job, (*k)--);
+    *j = *k + 2;
   }
   if (n > 1) {
     tt_zero(n, column_of(job, 0));
     column_of(job, 0)[0] = 1.0;
-    for (int j = 1; j < n; ++j) column_of(job, j)[0] = 0.0;
+    for (int i = 1; i < n; ++i) column_of(job, i)[0] = 0.0;
   }
-  *k = 0;
+  job->progress[at_column] = 0;
+  job->progress[at_end] = 0;
   job->progress[at_phase] = phase_turn;
 }
 
 int tt_eigen_slice(const tt_eigen* job) {
   int* phase = &job->progress[at_phase];
   switch (*phase) {
+    case phase_measure: measure(job); break;
+    case phase_scale: scale(job); break;
     case phase_reduce: reduce(job); break;
     case phase_form: form(job); break;
     case phase_turn: turn(job); break;

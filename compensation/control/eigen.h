@@ -2,8 +2,8 @@
 #ifndef THERMOTWIN_EIGEN_H
 #define THERMOTWIN_EIGEN_H
 /* Eigenvalues (rising) and orthonormal vectors of a symmetric matrix, A = Z D Z^T: Householder tridiagonalisation, then
- * implicit QL with Wilkinson's shift (Golub and Van Loan, Matrix Computations, 8.3). The work is cut into slices: one
- * reflection, or about n rotations, each. Values are accurate to some epsilon of the largest, whatever their size. */
+ * implicit QL with Wilkinson's shift (Golub and Van Loan, Matrix Computations, 8.3). The work is cut into slices of
+ * about n^2 multiplications. Values are accurate to some epsilon of the largest, whatever their size. */
 
 #include <stdint.h>
 
@@ -20,7 +20,7 @@ typedef struct tt_eigen {
   int32_t* progress; /* (tt_eigen_progress) */
 } tt_eigen;
 
-enum { tt_eigen_progress = 4 };
+enum { tt_eigen_progress = 5 };
 int tt_eigen_work(int n);
 /* Number of slices to plan for: two a column, and QL at three sweeps an eigenvalue on average. */
 int tt_eigen_slices(int n);

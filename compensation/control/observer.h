@@ -7,7 +7,7 @@
  * The start and a correction are jobs of slices. A correction takes effect at tt_observer_finish_correction, at a time
  * that the caller fixes; until then rows use the correction before it. The order at a start:
  *   heats and modes (work_before.h), tt_observer_begin_start, slices, then the caller sets the state to the uniform
- *   temperature and starts its clock; tt_observer_finish_start; tt_observer_begin_foresight, slices,
+ *   temperature and starts its clock; tt_observer_begin_taking, slices; tt_observer_begin_foresight, slices,
  *   tt_observer_finish_foresight. */
 
 #include "compensation/control/errors.h"
@@ -75,10 +75,11 @@ int tt_observer_is_contradicted(tt_observer* o, const tt_moment* now);
 void tt_observer_begin_start(tt_observer* o, const tt_moment* now, const double* row);
 /* Returns 0: more to do, 1: done, 2: eigenvalues did not converge, earlier work is left out. */
 int tt_observer_start_slice(tt_observer* o);
-int tt_observer_start_slices(const tt_observer_model* model); /* no start takes more */
 /* After the slices. Returns whether the sensors determine the initial temperature: uniform, K above the reference. */
 int tt_observer_uniform(const tt_observer* o, double* temperature_K);
-void tt_observer_finish_start(tt_observer* o, const tt_moment* now);
+/* The uncertainty of this state, and what the first readings say of it. Returns 1 after the last reading. */
+void tt_observer_begin_taking(tt_observer* o, const tt_moment* now);
+int tt_observer_take_slice(tt_observer* o);
 /* How what the start left changes at first; slices: tt_sensitivities_slice(&o->errors.sensitivities). */
 void tt_observer_begin_foresight(tt_observer* o, const double* operator_matrix);
 void tt_observer_finish_foresight(tt_observer* o, const tt_moment* now);

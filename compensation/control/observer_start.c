@@ -130,11 +130,6 @@ void tt_observer_begin_start(tt_observer* o, const tt_moment* now, const double*
   tt_past_begin_patterns(&o->past);
 }
 
-int tt_observer_start_slices(const tt_observer_model* model) {
-  const tt_past_model past = {model->sensors, model->heats};
-  return (2 * tt_most_starts + model->sensors->measured * tt_most_starts + 2) * tt_past_slices(&past);
-}
-
 /* Judges the first readings, then finds the uniform temperature without those that are off. */
 static void judge_first(tt_observer* o) {
   const tt_sensor_model* m = o->model->sensors;
@@ -277,19 +272,28 @@ static void set_gap(tt_observer* o) {
   }
 }
 
-void tt_observer_finish_start(tt_observer* o, const tt_moment* now) {
+void tt_observer_begin_taking(tt_observer* o, const tt_moment* now) {
   set_gap(o);
   tt_errors_start(&o->errors, o->numbers[uniform_std], o->flags[shapes_of_start], o->past.patterns, o->gap);
   o->numbers[corrected_at] = now->time;
+  o->flags[at_sensor] = 0;
   tt_first_readings readings = first_readings(o, -1);
   if (!o->flags[by_sensors]) readings.count = 0;
   for (int i = 0; i < readings.count; ++i) tt_errors_doubt(&o->errors, readings.sensor[i], doubt_of(o, &readings, i));
-  for (int i = 0; i < readings.count; ++i) {
-    const double value = o->first_value[i] - o->numbers[uniform_K];
-    const tt_innovation one = {o->first_sensor[i], value, 1.0, value};
-    tt_errors_observe(&o->errors, &one, 0.0);
+}
+
+int tt_observer_take_slice(tt_observer* o) {
+  const tt_first_readings readings = first_readings(o, -1);
+  const int i = o->flags[at_sensor], count = o->flags[by_sensors] ? readings.count : 0;
+  if (i == count) {
+    if (count > 0) tt_errors_settle(&o->errors);
+    return 1;
   }
-  if (readings.count > 0) tt_errors_settle(&o->errors);
+  const double value = readings.value_K[i] - o->numbers[uniform_K];
+  const tt_innovation one = {readings.sensor[i], value, 1.0, value};
+  tt_errors_observe(&o->errors, &one, 0.0);
+  o->flags[at_sensor] = i + 1;
+  return 0;
 }
 
 void tt_observer_begin_foresight(tt_observer* o, const double* operator_matrix) {

@@ -60,7 +60,8 @@ void tt_sensitivities_start(tt_sensitivities* s, int shapes, const double* patte
   tt_zero(n * columns, s->directions);
   tt_copy(n, m->one_kelvin, s->directions + first * n);
   tt_copy(n * shapes, patterns, s->directions + (first + 1) * n);
-  for (int k = 0; k < columns; ++k) see(m, s->directions, k, s->seen);
+  tt_zero(columns * m->sensors, s->seen);
+  for (ptrdiff_t k = first; k <= first + shapes; ++k) see(m, s->directions, k, s->seen);
   tt_copy(columns * m->sensors, s->seen, s->seen_last);
   tt_zero(n * tt_start_modes, s->start_rate);
   tt_zero(columns * m->sensors, s->seen_rate);

@@ -227,14 +227,18 @@ static void start(tt_twin* t, double time, const double* sensors_C) {
   if (!(t->model->start_over_s > 0.0)) tt_finish_job(t);
 }
 
+/* Slices of the start that are to be done by some time after the first row. */
+static int due_of_start(const tt_twin* t, double time) {
+  return (int)ceil((time - t->now->job_began) / t->model->start_over_s * tt_job_slices(t));
+}
+
 /* Whether the start is still under way. */
 static int still_starts(tt_twin* t, double time) {
-  const double dt = time - t->now->time, over = t->model->start_over_s;
   if (t->now->job != TT_JOB_START) return 0;
-  if (dt >= over)
+  if (time - t->now->job_began >= t->model->start_over_s)
     tt_finish_job(t);
   else
-    tt_work_on(t, share_of(t, dt, over));
+    tt_work_on(t, due_of_start(t, time) - due_of_start(t, t->now->time));
   if (t->now->job != TT_JOB_START) return 0;
   t->now->time = time;
   return 1;

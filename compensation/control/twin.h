@@ -64,7 +64,7 @@ typedef struct tt_numbers {
   double time;                         /* of the last row */
   double started_at;                   /* of the first row that the model's time begins at */
   double step_end, last_step;          /* end and length of the last step that took effect */
-  double job_began, job_end, job_step; /* the row that began the step; its end and length */
+  double job_began, job_end, job_step; /* the row that began the step or the start; the step's end and length */
   double interval_s;                   /* steps since the last correction began */
   double valid_at;                     /* last row with valid offsets, for the guard */
   int32_t started, guarded;            /* whether there was a row; one with offsets */

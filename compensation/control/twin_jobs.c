@@ -16,6 +16,7 @@ enum {
   phase_operator, /* of a day's work */
   phase_modes,
   phase_first,
+  phase_take,
   phase_operator_ahead,
   phase_ahead,
   phase_operator_correction,
@@ -219,6 +220,7 @@ static void begin_operator(tt_twin* t, int kind) {
 void tt_begin_start(tt_twin* t) {
   tt_copy(t->model->channels, t->row, t->start_row);
   tt_day_set(&t->day, t->start_row);
+  t->now->job_began = t->now->time;
   begin(t, TT_JOB_START, phase_heats);
 }
 
@@ -250,6 +252,7 @@ static int slice_of(tt_twin* t) {
     case phase_operator_correction: tt_operator_slice(t->model, &t->work, t->job_p, item); return 0;
     case phase_modes: return tt_past_slice(&t->observer.past);
     case phase_first: return tt_observer_start_slice(&t->observer);
+    case phase_take: return tt_observer_take_slice(&t->observer);
     case phase_ahead: return tt_sensitivities_slice(&t->observer.errors.sensitivities);
     case phase_correction: tt_observer_correction_slice(&t->observer); return 0;
     case phase_deviation:
@@ -274,7 +277,7 @@ static void set_start(tt_twin* t) {
   t->now->step_end = t->now->started_at = t->now->time;
   tt_start_clock(t, t->start_row);
   const tt_moment now = tt_moment_of(t);
-  tt_observer_finish_start(&t->observer, &now);
+  tt_observer_begin_taking(&t->observer, &now);
   tt_copy(m->terms, t->p, t->job_p);
 }
 
@@ -329,7 +332,8 @@ int tt_job_slices(const tt_twin* t) {
     case TT_JOB_CORRECTION: return slices_of(t, phase_operator) + slices_of(t, phase_correction) + ends;
     case TT_JOB_START:
       return slices_of(t, phase_heats) + 4 * slices_of(t, phase_operator) +
-             5 * tt_past_slices(&t->observer.past_model) + tt_sensitivities_slices(&t->data.sensors) + ends;
+             tt_past_slices(&t->observer.past_model) + t->data.sensors.measured + 1 +
+             tt_sensitivities_slices(&t->data.sensors) + ends;
     default: return 0;
   }
 }
@@ -358,8 +362,8 @@ void tt_redo_job(tt_twin* t) {
     return;
   }
   /* Other phases have all that they need in the state. */
-  if (now->phase == phase_modes || now->phase == phase_first || now->phase == phase_ahead ||
-      now->phase == phase_correction || now->phase == phase_heats)
+  if (now->phase == phase_modes || now->phase == phase_first || now->phase == phase_take ||
+      now->phase == phase_ahead || now->phase == phase_correction || now->phase == phase_heats)
     return;
   if (now->phase == phase_deviation) {
     /* It reads the outputs of the phase before. */

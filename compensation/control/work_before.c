@@ -16,11 +16,12 @@ static const double start_sizes[tt_past_sizes] = {0.03, 0.1, 0.3, 1.0, 3.0};
 static const double unmeasured_start_K = 2.0;
 static const double least_pattern = 0.01; /* of the largest pattern */
 
-enum { slice_products = 60000 }; /* multiplications of a slice, about */
+enum { slice_products = 15000 }; /* multiplications of a slice of offers, about; the rest of an offer is logarithms */
 enum { job_none, job_modes, job_left, job_offers, job_gram, job_patterns, job_done, job_failed };
 enum { at_job, at_item, at_kind, at_count, at_predicts, at_start, at_shapes, progress_count };
 enum { offers = tt_past_idles * tt_past_sizes };
-enum { leave_parts = 2 + tt_past_idles / 2 }; /* of leave() */
+enum { leave_parts = 3 + tt_past_idles }; /* of leave() */
+enum { gram_rows = 8, gram_columns = 30 }; /* of a slice: 2 n^2 multiplications where n is 240 */
 
 static int order_of(const tt_past* w) { return w->model->sensors->order; }
 static int measured_of(const tt_past* w) { return w->model->sensors->measured; }
@@ -95,27 +96,28 @@ static void leave_after(tt_past* w, ptrdiff_t column, int idle) {
   tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, left, seen);
 }
 
-/* What one heat leaves after some hours of work, at all times since; in parts of two products with a matrix at most. */
+/* What one heat leaves after some hours of work, at all times since; in parts of one product with a matrix each. */
 static void leave(tt_past* w, int heat, int on, int part) {
   const ptrdiff_t n = order_of(w);
   const int swept = w->progress[at_kind] == TT_MODES_SWEPT;
   const int column = heat * tt_past_kinds + swept * tt_past_hours + on;
   double *modal = w->warm, *state = modal + n, *warm = state + n;
   if (part == 0) {
-    tt_zero(2 * n, modal);
+    tt_zero(n, modal);
     tt_gemv_t(n, n, 1.0, w->modes, w->heats + heat * n, modal);
     for (int k = 0; k < n; ++k) {
       /* (1 - exp(-d t)) / d, also for a part that keeps its heat */
       const double d = w->decay[k], t = on_h[on] * hour;
       modal[k] *= d * t > 1e-9 ? -tt_expm1(-d * t) / d : t;
     }
-    tt_gemv(n, n, 1.0, w->modes, modal, state);
   } else if (part == 1) {
+    tt_zero(n, state);
+    tt_gemv(n, n, 1.0, w->modes, modal, state);
+  } else if (part == 2) {
     tt_zero(n, warm);
     tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
-    leave_after(w, column, 0);
   } else {
-    for (int idle = 2 * part - 3; idle < 2 * part - 1 && idle < tt_past_idles; ++idle) leave_after(w, column, idle);
+    leave_after(w, column, part - 3);
   }
 }
 
@@ -202,17 +204,28 @@ static int items_of_offers(const tt_past_model* model) {
 
 void tt_past_begin_patterns(tt_past* w) { begin(w, job_gram); }
 
-/* Column of sum_c size_c^2 l_c l_c^T: its eigenvectors are the left singular vectors of the columns size_c l_c. */
-static void gram_column(tt_past* w, int j) {
-  const ptrdiff_t n = order_of(w);
-  const int heats = w->model->heats, columns = wide_of(w) * tt_past_idles;
-  double *share = w->warm, *column = w->modes + j * n;
-  for (int c = 0; c < columns; ++c) {
-    const double size = w->sizes[(c % wide_of(w)) / tt_past_kinds + (c / wide_of(w)) * heats];
-    share[c] = size * size * w->left[j + c * n];
+static int columns_of(const tt_past_model* model) { return tt_past_kinds * model->heats * tt_past_idles; }
+
+static int in_parts(int size, int of) { return (size + of - 1) / of; }
+
+static int gram_parts(const tt_past_model* model) { return in_parts(columns_of(model), gram_columns); }
+
+static int gram_slices(const tt_past_model* model) {
+  return in_parts(model->sensors->order, gram_rows) * gram_parts(model);
+}
+
+/* sum_c size_c^2 l_c l_c^T, whose eigenvectors are the left singular vectors of the columns size_c l_c: some of its
+ * columns, below the diagonal, from some of the columns l_c. */
+static void gram_slice(tt_past* w, int item) {
+  const ptrdiff_t n = order_of(w), wide = wide_of(w), parts = gram_parts(w->model);
+  const ptrdiff_t first = item / parts * gram_rows, end = first + gram_rows < n ? first + gram_rows : n;
+  const ptrdiff_t from = item % parts * gram_columns, all = columns_of(w->model);
+  const ptrdiff_t to = from + gram_columns < all ? from + gram_columns : all;
+  for (ptrdiff_t j = first; j < end && from == 0; ++j) tt_zero(n, w->modes + j * n);
+  for (ptrdiff_t c = from; c < to; ++c) {
+    const double size = w->sizes[c % wide / tt_past_kinds + c / wide * w->model->heats], *left = w->left + c * n;
+    for (ptrdiff_t j = first; j < end; ++j) tt_axpy(n - j, size * size * left[j], left + j, w->modes + j * n + j);
   }
-  tt_zero(n, column);
-  tt_gemv(n, columns, 1.0, w->left, share, column);
 }
 
 static void keep_patterns(tt_past* w) {
@@ -230,12 +243,16 @@ static void keep_patterns(tt_past* w) {
 
 int tt_past_shapes(const tt_past* w) { return w->progress[at_shapes]; }
 
+static int leave_slices(const tt_past_model* model) { return leave_parts * tt_past_hours * model->heats; }
+
+static int offer_slices(const tt_past_model* model) {
+  return in_parts(tt_past_idles * (model->heats + 1), items_of_offers(model));
+}
+
 int tt_past_slices(const tt_past_model* model) {
-  const int n = model->sensors->order, offered = tt_past_idles * (model->heats + 1), each = items_of_offers(model);
-  const int modes = tt_eigen_slices(n) + leave_parts * tt_past_hours * model->heats + 1;
-  const int patterns = n + tt_eigen_slices(n) + 1;
-  const int weighing = (offered + each - 1) / each, most = modes > patterns ? modes : patterns;
-  return weighing > most ? weighing : most;
+  const int kinds = TT_MODES_SWEPT + 1, own = tt_eigen_slices(model->sensors->order) + 1;
+  const int weighed = 2 * tt_most_starts + model->sensors->measured * tt_most_starts + 1;
+  return (kinds + 1) * own + (kinds - 1) * leave_slices(model) + gram_slices(model) + weighed * offer_slices(model);
 }
 
 static void slice_of_modes(tt_past* w) {
@@ -263,18 +280,18 @@ static void slice_of_offers(tt_past* w) {
 
 int tt_past_slice(tt_past* w) {
   int *job = &w->progress[at_job], *item = &w->progress[at_item];
-  const int each = leave_parts * tt_past_hours, leaves = each * w->model->heats;
+  const int each = leave_parts * tt_past_hours;
   switch (*job) {
     case job_modes:
     case job_patterns: slice_of_modes(w); break;
     case job_left:
-      if (*item < leaves) leave(w, *item / each, *item % each / leave_parts, *item % leave_parts);
-      if (++*item >= leaves) *job = job_done;
+      if (*item < leave_slices(w->model)) leave(w, *item / each, *item % each / leave_parts, *item % leave_parts);
+      if (++*item >= leave_slices(w->model)) *job = job_done;
       break;
     case job_offers: slice_of_offers(w); break;
     case job_gram:
-      gram_column(w, (*item)++);
-      if (*item == order_of(w)) {
+      gram_slice(w, (*item)++);
+      if (*item == gram_slices(w->model)) {
         const tt_eigen eigen = eigen_job(w, TT_MODES_STILL);
         tt_eigen_begin(&eigen);
         *job = job_patterns;

@@ -57,7 +57,7 @@ void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix);
  * (0 .. tt_most_starts - 1) is the place of the result. */
 void tt_past_begin_offers(tt_past* w, const tt_first_readings* readings, int predicts, int start);
 void tt_past_begin_patterns(tt_past* w);
-/* No job of any kind takes more. */
+/* All jobs of a start together take no more. */
 int tt_past_slices(const tt_past_model* model);
 /* Returns 0: more to do, 1: done, 2: eigenvalues did not converge. */
 int tt_past_slice(tt_past* w);

@@ -113,7 +113,8 @@ static int start(tt_observer* o, const double* matrix, const double* row, tt_mom
   tt_observer_read(o, reading, row);
   tt_observer_begin_start(o, now, row);
   while (tt_observer_start_slice(o) == 0) continue;
-  tt_observer_finish_start(o, now);
+  tt_observer_begin_taking(o, now);
+  while (tt_observer_take_slice(o) == 0) continue;
   tt_observer_begin_foresight(o, matrix);
   while (tt_sensitivities_slice(&o->errors.sensitivities) == 0) continue;
   tt_observer_finish_foresight(o, now);

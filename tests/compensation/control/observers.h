@@ -118,7 +118,7 @@ private:
     tt_observer_begin_start(core.get(), &moment, row.data());
     int slices = 1;
     while (tt_observer_start_slice(core.get()) == 0) ++slices;
-    EXPECT_LE(slices, tt_observer_start_slices(&data.observer()));
+    EXPECT_LE(slices, tt_past_slices(core->past.model));
     double uniform_K = 0.0;
     if (tt_observer_uniform(core.get(), &uniform_K)) own_clock.set_state(nominal().system.one_kelvin * uniform_K);
     moment = now();
@@ -126,7 +126,8 @@ private:
         Eigen::Map<const VectorXd>(tt_observer_guide(core.get(), &moment), own_clock.sensors_state().size());
     own_clock.start(time, row, guide);
     moment = now();
-    tt_observer_finish_start(core.get(), &moment);
+    tt_observer_begin_taking(core.get(), &moment);
+    while (tt_observer_take_slice(core.get()) == 0) continue;
     const MatrixXd matrix = own_clock.operator_at(own_clock.coefficients().p);
     tt_observer_begin_foresight(core.get(), matrix.data());
     while (tt_sensitivities_slice(&core->errors.sensitivities) == 0) continue;
