@@ -71,11 +71,12 @@ class LostFolder : public UnitsOf {
 protected:
   void SetUp() override { toy_.edit("loads/warm_up.toml", "time_step_s = 120", "time_step_s = 20"); }
 
-  /// Renames --out once the study has left this checkpoint. @param more  words of the study
-  Result renamed_at(const std::string& checkpoint, const Words& more) const {
+  /// Renames --out once the study has left this checkpoint. @param more  words of the study  @param later  s
+  Result renamed_at(const std::string& checkpoint, const Words& more, double later = 0.0) const {
     fs::remove(find(toy_.out(), checkpoint));
     Program program(joined(more, {"--quiet", "--out", toy_.out()}));
     while (find(toy_.out(), checkpoint).empty() && program.is_running()) program.ends_within(0.002);
+    program.ends_within(later);
     fs::rename(toy_.out(), away());
     return program.wait();
   }
@@ -117,6 +118,17 @@ TEST_F(LostFolder, IsNotMadeAnewByCampaign) {
 TEST_F(LostFolder, IsNotMadeAnewByValidate) {
   expect_refused(renamed_at("checkpoint_mixed.bin", {"study", "validate", toy_.path(), "--model", toy_model(),
                                                      "--draws", "1", "--load", "mixed", "--checkpoint-every", "0"}));
+}
+
+TEST_F(LostFolder, IsNotMadeAnewByChoices) {
+  toy_.take_results();
+  const Words before_results[] = {{"study", "sensors", toy_.path(), "--load", "warm_up", "--spacing", "80"},
+                                  {"study", "tests", toy_.path(), "--model", toy_model(), "--hours", "6"}};
+  for (const Words& words : before_results) {
+    expect_refused(renamed_at("plan.path", words, 0.05));
+    EXPECT_EQ(find(away() / "study", "report.html"), fs::path());
+    fs::rename(away(), toy_.out());
+  }
 }
 
 TEST_F(LostFolder, IsNotGathered) {

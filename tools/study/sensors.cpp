@@ -10,10 +10,12 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/folder_guard.h"
 #include "core/folder_lock.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "study/placement/placed_model.h"
+#include "study/units/unit_files.h"
 #include "tools/chain.h"
 #include "tools/page.h"
 #include "tools/study/chosen_sensors.h"
@@ -68,9 +70,11 @@ void study_sensors(const StudySensorsOptions& given) {
   if (options.confirm > 0) require_confirmable(machine_case);
   const fs::path folder = options.out / "study/sensors";
   require_writable(folder);
+  const core::FolderLock lock(folder);
+  core::write_file(folder / study::origin_note, fs::canonical(options.case_path).string() + "\n");
+  const core::FolderGuard guard(options.out, folder / study::origin_note);
   const solver::FullModel full = build(machine_case, options.out);
   const ReducedCase made = make_reduced_model(full, machine_case, {}, true, options.out);
-  const core::FolderLock lock(folder);
   ChosenSensors choice = chosen_sensors(options, machine_case, full, made.model, made.summary.basis, loads);
   std::vector<study::Place> places;
   MatrixXd rows(std::ssize(choice.chosen), made.model.system.order());

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/folder_guard.h"
 #include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/table.h"
@@ -19,6 +20,7 @@
 #include "solver/elastic/tcp.h"
 #include "study/tests/stated_parameters.h"
 #include "study/tests/test_blocks.h"
+#include "study/units/unit_files.h"
 #include "tools/chain.h"
 #include "tools/page.h"
 #include "tools/study/tests_page.h"
@@ -270,10 +272,12 @@ void study_tests(const StudyTestsOptions& given) {
                            machine_case.machine);
   const fs::path folder = options.out / "study/tests";
   require_writable(folder);
+  const core::FolderLock lock(folder);
+  core::write_file(folder / study::origin_note, fs::canonical(options.case_path).string() + "\n");
+  const core::FolderGuard guard(options.out, folder / study::origin_note);
   if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
   const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   const study::TestSetup setup = setup_of(options, model);
-  const core::FolderLock lock(folder);
   const std::vector<TestBlock> iso = study::iso_230_3_blocks(model.machine, how, options.hours * core::units::hour);
   Eigen::VectorXd nominal(std::ssize(setup.parameters));
   for (Index p = 0; p < nominal.size(); ++p) nominal[p] = setup.parameters[p].parameter.nominal;
