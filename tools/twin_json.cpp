@@ -39,8 +39,8 @@ std::string TwinJson::line(const compensation::Offsets& offsets, std::string_vie
   nlohmann::json json = {{"time_s", offsets.time}, {"status", status}, {"guard", text_of(twin_.guard())}};
   if (state_unwritten) json["state"] = "unwritten";
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    json["offset_um"][axes_[i]] = rounded(offsets.offset_um[i], 1e4);
-    json["std_um"][axes_[i]] = rounded(offsets.std_um[i], 1e4);
+    json["offset_um"][axes_[i]] = offsets.offset_um[i];
+    json["std_um"][axes_[i]] = offsets.std_um[i];
   }
   const mesh::Pose now = twin_.pose();
   const bool first = last_pose_.size() == 0;

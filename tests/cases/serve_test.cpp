@@ -26,6 +26,13 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
+/// The cells between the offsets and the status.
+std::string deviations_of(const std::string& line) {
+  std::size_t begin = 0;
+  for (int cell = 0; cell < 4; ++cell) begin = line.find(',', begin) + 1;
+  return line.substr(begin, line.rfind(',') - begin);
+}
+
 TEST_F(Serve, GivesTheOffsetsOfCompensate) {
   const std::string rows = rows_to(7200);
   const Result served = thermotwin(arguments(), rows), alone = thermotwin({"compensate", model()}, rows);
@@ -43,6 +50,7 @@ TEST_F(Serve, GivesTheOffsetsOfCompensate) {
     EXPECT_EQ(got.time, wanted.time);
     EXPECT_EQ(got.status, wanted.status);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(got.offset[k], wanted.offset[k], 0.0011) << a;
+    EXPECT_EQ(deviations_of(a), deviations_of(b)) << "rounded once";
   }
   EXPECT_EQ(count, 32);
   EXPECT_TRUE(std::filesystem::exists(state()));
@@ -326,14 +334,21 @@ TEST_F(Serve, ANanIsNamedAndHasAStatusAfterFiveMinutes) {
 }
 
 TEST_F(Serve, ALineThatIsTooLongEndsNothing) {
-  const Result result = thermotwin(arguments(), header + row(0) + std::string(300000, '7') + "\n" + row(60));
-  EXPECT_EQ(result.status, 0) << result.err;
-  const std::vector<Served> answers = all_served(result.out);
-  ASSERT_EQ(answers.size(), 3U) << result.out;
-  EXPECT_SAYS(answers[1].status, "row=unreadable");
-  EXPECT_EQ(answers[2].time, 60.0);
-  EXPECT_EQ(result.out.find("model=gone"), std::string::npos) << result.out;
-  EXPECT_SAYS(result.err, "a line of more than");
+  const auto with_line = [&](std::size_t length) {
+    return thermotwin(arguments(), header + row(0) + std::string(length, '7') + "\n" + row(60));
+  };
+  for (const std::size_t length : {300000UL, 3000000UL}) {
+    const Result result = with_line(length);
+    EXPECT_EQ(result.status, 0) << result.err;
+    const std::vector<Served> answers = all_served(result.out);
+    ASSERT_EQ(answers.size(), 3U) << result.out;
+    EXPECT_SAYS(answers[1].status, "row=unreadable");
+    EXPECT_EQ(answers[2].time, 60.0);
+    EXPECT_EQ(result.out.find("model=gone"), std::string::npos) << result.out;
+    EXPECT_SAYS(result.err, "a line of more than");
+    std::filesystem::remove(state());
+  }
+  EXPECT_SAYS(with_line(20000000).err, "its sender is not heard any more");
 }
 
 TEST_F(Serve, AFullDiskEndsNoControl) {
@@ -472,6 +487,30 @@ TEST_F(Serve, ASocketHasOneClientAtATime) {
   EXPECT_EQ(result.status, 130);
   EXPECT_SAYS(result.err, "does not take its answers");
   EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST_F(Serve, ASocketWaitsForNoModelThatHangs) {
+  const std::string path = file("twin.socket");
+  Program program(arguments({"--socket", path}));
+  const Socket client(path);
+  client.send(header + row(0));
+  client.line();
+  client.line();
+  // The rows' clock is far ahead of the computer's, as after it was set.
+  double time = 0.0;
+  const auto answer = [&] {
+    time += 1.0;
+    client.send(row(time));
+    return served_of(client.line());
+  };
+  for (int i = 0; i < 60; ++i) answer();
+  ASSERT_EQ(signal_all("model", SIGSTOP), 1);
+  const auto begin = Clock::now();
+  EXPECT_SAYS(answer().status, "model=late");
+  EXPECT_LT(seconds_since(begin), 2.0 * slowness());
+  signal_all("model", SIGCONT);
+  program.send(SIGTERM);
+  EXPECT_TRUE(program.ends_within(8));
 }
 
 TEST_F(Serve, TheFrontNeedsNoLibraryOfTheModel) {

@@ -67,7 +67,9 @@ std::vector<std::string> Serve::arguments(const std::vector<std::string>& more) 
   return all;
 }
 
-int Serve::kill_all(const std::string& part) const {
+int Serve::kill_all(const std::string& part) const { return signal_all(part, SIGKILL); }
+
+int Serve::signal_all(const std::string& part, int signal) const {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     const std::string name = entry.path().filename();
@@ -78,7 +80,7 @@ int Serve::kill_all(const std::string& part) const {
     const std::string line((std::istreambuf_iterator<char>(words)), {});
     const auto has = [&](const std::string& word) { return line.find('\0' + word + '\0') != std::string::npos; };
     if (!has(part) || !has(model())) continue;
-    count += ::kill(std::stoi(name), SIGKILL) == 0;
+    count += ::kill(std::stoi(name), signal) == 0;
   }
   return count;
 }

@@ -46,6 +46,7 @@ protected:
   std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const;
   /// Ends the processes of this test by SIGKILL. @param part  "model" or "page"  @return their number
   int kill_all(const std::string& part) const;
+  int signal_all(const std::string& part, int signal) const;
 
   Toy toy_;
 };

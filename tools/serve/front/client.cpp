@@ -34,16 +34,33 @@ void Client::end() {
 void Client::read() {
   std::array<char, 65536> bytes{};
   const ssize_t count = ::read(in_, bytes.data(), bytes.size());
-  if (count > 0) text_.append(bytes.data(), count);
+  if (count > 0) take({bytes.data(), static_cast<std::size_t>(count)});
   if (count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN)) {
     ended_ = true;
     if (text_.size() > at_ && text_.back() != '\n') text_ += '\n';
   }
+}
+
+void Client::take(std::string_view fresh) {
+  if (skipped_ > 0) {
+    const std::size_t line_end = std::min(fresh.find('\n'), fresh.size());
+    skipped_ += line_end;
+    if (skipped_ > longest_skipped) {
+      core::warn(fmt::format("serve: a line without an end after {} characters; its sender is not heard any more",
+                             longest_skipped));
+      return end();
+    }
+    fresh.remove_prefix(line_end);
+    if (fresh.empty()) return;
+    skipped_ = 0;
+  }
+  text_.append(fresh);
   const std::size_t newest = text_.rfind('\n');
   const std::size_t open = text_.size() - (newest == std::string::npos ? at_ : newest + 1);
   if (open <= longest_row) return;
-  core::warn(fmt::format("serve: a line of more than {} characters; its sender is not heard any more", longest_row));
-  end();
+  core::warn(fmt::format("serve: a line of more than {} characters is no row", longest_row));
+  skipped_ = open;
+  text_.resize(text_.size() - open + shown_of_long);
 }
 
 std::string Client::line() {

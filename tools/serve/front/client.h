@@ -11,7 +11,7 @@
 namespace thermotwin::tools {
 
 /// A longer line is no row. The sender of one without an end is not heard any more.
-inline constexpr std::size_t longest_row = (1U << 18U) - 2U;
+inline constexpr std::size_t longest_row = (1U << 18U) - 2U, longest_skipped = 1U << 24U;
 
 class Client {
 public:
@@ -39,12 +39,15 @@ public:
   void write(const std::string& text);
 
 private:
+  /// Of a line that is too long, what follows its first characters is left out as it comes.
+  void take(std::string_view fresh);
   bool write_whole(const std::string& text) const;
 
   int in_, out_;
   bool is_socket_, ended_ = false;
   std::string text_;
-  std::size_t at_ = 0;  ///< begin of the next line
+  std::size_t at_ = 0;       ///< begin of the next line
+  std::size_t skipped_ = 0;  ///< characters of the last line, which is too long
 };
 
 /// A listening local socket; one that a killed process left is replaced.

@@ -72,7 +72,7 @@ public:
       accept();
       take_rows();
       if (is_other_state_) takeover_.move_state();
-      model_->set_longest_answer(clock_.is_in_real_time() ? hang_s : recorded_s);
+      model_->set_longest_answer(clock_.is_awaited() ? hang_s : recorded_s);
       model_->tend(now_);
       if (model_->restarts() > 0) is_other_state_ = false;
       give_answers();
@@ -304,7 +304,7 @@ private:
     }
     while (ServedRow* late = answers_.has_any() ? model_->oldest() : nullptr) {
       const double live_s = model_->is_up() ? patience_s : patience_gone_s;
-      if (!late->lost && now_ - late->since < (clock_.is_in_real_time() ? live_s : recorded_s)) return;
+      if (!late->lost && now_ - late->since < (clock_.is_awaited() ? live_s : recorded_s)) return;
       late->answered = true;
       const bool is_late = model_->is_up() && !late->lost;
       give(*late, answers_.without_model(*late, is_late              ? "model=late"
