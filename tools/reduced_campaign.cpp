@@ -20,6 +20,7 @@
 #include "reduction/model/reduced_simulation.h"
 #include "reduction/systems/campaign_tables.h"
 #include "solver/campaign/case.h"
+#include "solver/campaign/files.h"
 #include "solver/campaign/load_result.h"
 #include "tools/campaign_page.h"
 #include "tools/chain.h"
@@ -42,7 +43,7 @@ void write_load(const fs::path& folder, const solver::LoadResult& result, const 
   core::write_files_by(folder, [&](const fs::path& staged) {
     std::vector<fs::path> files{"tcp.csv", "sensors.csv", "inputs.csv"};
     const core::Table* tables[] = {&result.tcp, &result.sensors, &result.inputs};
-    for (std::size_t i = 0; i < files.size(); ++i) core::write_csv(staged / files[i], *tables[i]);
+    for (std::size_t i = 0; i < files.size(); ++i) core::write_csv(staged / files[i], *tables[i], solver::table_digits);
     if (estimate) {
       files.emplace_back("error_estimate.csv");
       core::write_csv(staged / files.back(), *estimate);

@@ -12,6 +12,7 @@
 #include "core/text.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/case.h"
+#include "solver/campaign/files.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
 #include "solver/campaign/start_field.h"
@@ -184,10 +185,10 @@ void simulate(const SimulateOptions& options) {
   };
   const solver::LoadResult result = solver::run_campaign(full, {program}, campaign).front();
   if (machine.has_tcp())
-    core::write_csv(folder / "tcp.csv", result.tcp);
+    core::write_csv(folder / "tcp.csv", result.tcp, solver::table_digits);
   else
     std::filesystem::remove(folder / "tcp.csv");  // of an earlier machine.toml
-  core::write_csv(folder / "sensors.csv", result.sensors);
+  core::write_csv(folder / "sensors.csv", result.sensors, solver::table_digits);
   core::write_csv(folder / "heat.csv", result.heat_flows);
 
   nlohmann::json json = json_of(result, machine);

@@ -113,7 +113,7 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
     std::vector<std::filesystem::path> files;
     core::Table* made[] = {&result.tcp, &result.sensors, &result.inputs, &result.heat_flows};
     for (std::size_t i = 0; i < std::size(tables); ++i) {
-      core::write_csv(staged / tables[i], *made[i]);
+      core::write_csv(staged / tables[i], *made[i], table_digits);
       *made[i] = core::read_csv(staged / tables[i]);
       files.emplace_back(tables[i]);
     }

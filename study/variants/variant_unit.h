@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/table.h"
+#include "solver/campaign/files.h"
 #include "study/plan/design.h"
 #include "study/plan/plan.h"
 #include "study/units/unit.h"
@@ -39,7 +40,7 @@ struct VariantTables {
   core::Table sensors;  ///< time_s, `<sensor>_C`
 };
 
-inline constexpr int table_digits = 12;  ///< more than the tables of `campaign` have
+using solver::table_digits;
 
 /// Of a variant, in the unit's folder.
 std::filesystem::path tcp_file(std::size_t variant);
