@@ -253,6 +253,7 @@ void doubt(const mesh::Machine& machine, Records records, const Strain& strain, 
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
   for (const std::string& one : doubts)
     if (d.verdict == Verdict::explained && !one.empty()) leave_open(one, d);
+  leave_one_heat_open(machine, d);
   d.foretold_beside_others = !worse.empty() && d.strained == worse && strain.heldout_chi_square > 0.0 &&
                              strain.heldout_chi_square < not_foretold;
 }

@@ -121,6 +121,7 @@ struct Diagnosis {
   /// The named causes foretell held-out data as well as expected beside fitted values of what else is uncertain: those
   /// values, each within its uncertainty, had hidden a part of the causes, and correcting the causes alone worsens.
   bool foretold_beside_others = false;
+  std::string one_heat;  ///< why a missing source may be none: see leave_one_heat_open; empty: no reason
   NextMeasurement next;
   std::string measurement;               ///< name of its folder
   std::vector<DiagnosedRecord> records;  ///< several ones; empty: there is one

@@ -40,7 +40,74 @@ void add_other_law(Diagnosis& out) {
   out.ambiguous_set.insert(out.ambiguous_set.begin(), std::move(law));
 }
 
+bool heats(const mesh::Machine& machine, const mesh::SourceSpec& source, const std::string& body) {
+  const auto lies_on = [&](const std::string& surface) {
+    return std::any_of(machine.surfaces.begin(), machine.surfaces.end(),
+                       [&](const mesh::SurfaceSpec& own) { return own.id == surface && own.body == body; });
+  };
+  const auto touches = [&](const std::string& joint) {
+    return std::any_of(machine.joints.begin(), machine.joints.end(), [&](const mesh::JointSpec& own) {
+      return own.id == joint && (lies_on(own.slave) || lies_on(own.master));
+    });
+  };
+  return std::any_of(source.places.begin(), source.places.end(),
+                     [&](const mesh::SourcePlace& place) { return lies_on(place.surface) || touches(place.joint); });
+}
+
+/// "spindle", "axis.X"
+std::string motion_of(const std::string& channel) { return channel.substr(0, channel.rfind('.')); }
+
+bool follows(const mesh::SourceSpec& source, const MissingSource& missing) {
+  std::set<std::string> motions{motion_of(missing.follows)};
+  for (const std::string& channel : missing.alike) motions.insert(motion_of(channel));
+  return motions.contains(source.drive) ||
+         std::any_of(source.laws.begin(), source.laws.end(),
+                     [&](const mesh::PowerLaw& law) { return motions.contains(motion_of(law.input)); }) ||
+         std::any_of(source.losses.begin(), source.losses.end(), [&](const mesh::LossLaw& loss) {
+           return motions.contains(loss.motion) || motions.contains("axis." + loss.motion);
+         });
+}
+
+/// Whether a stated source and a missing one follow the same motion and enter the same body.
+bool is_one_heat(const mesh::Machine& machine, const Parameter& stated, const Parameter& missing) {
+  if (stated.missing || row_of(stated.kind).target != Target::source) return false;
+  const auto source = std::find_if(machine.sources.begin(), machine.sources.end(),
+                                   [&](const mesh::SourceSpec& own) { return own.id == stated.where; });
+  return source != machine.sources.end() && heats(machine, *source, missing.missing->body) &&
+         follows(*source, *missing.missing);
+}
+
 }  // namespace
+
+void leave_one_heat_open(const mesh::Machine& machine, Diagnosis& out) {
+  const bool strained = out.verdict == Verdict::ambiguous && !out.strained.empty();
+  if (!strained && (out.verdict != Verdict::explained || out.causes.size() != 2)) return;
+  std::vector<RankedCause> open = out.causes;
+  open.insert(open.end(), out.ambiguous_set.begin(), out.ambiguous_set.end());
+  const auto missing =
+      std::find_if(open.begin(), open.end(), [](const RankedCause& cause) { return cause.parameter.missing; });
+  if (missing == open.end()) return;
+  const auto is_same = [&](const RankedCause& cause) {
+    return is_one_heat(machine, cause.parameter, missing->parameter);
+  };
+  const auto in_ranking = std::find_if(out.ranking.begin(), out.ranking.end(), [&](const RankedCause& cause) {
+    return cause.log_evidence >= strong && is_same(cause);
+  });
+  const bool named = std::any_of(open.begin(), open.end(), is_same);
+  if (!named && (!strained || in_ranking == out.ranking.end())) return;
+  if (!named) out.ambiguous_set.insert(out.ambiguous_set.begin(), *in_ranking);
+  const MissingSource& heat = *missing->parameter.missing;
+  if (!strained) leave_open(fmt::format("both enter {} and follow {}", heat.body, heat.follows), out);
+  const auto stated = std::find_if(out.ambiguous_set.begin(), out.ambiguous_set.end(), is_same);
+  if (out.causes.front().parameter.missing && stated != out.ambiguous_set.end()) {
+    std::swap(out.causes.front(), *stated);
+    std::rotate(out.ambiguous_set.begin(), stated, std::next(stated));
+  }
+  out.one_heat = fmt::format(
+      "The missing source may be heat of a stated source that enters at another place than the model assumes: both "
+      "enter {} and follow {}",
+      heat.body, heat.follows);
+}
 
 void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {
   if (out.verdict != Verdict::explained) return;

@@ -243,6 +243,7 @@ std::string sentence_of(const Diagnosis& d) {
           "part of it: identify them too before the machine is corrected.",
           named, d.strained);
     }
+    if (!d.one_heat.empty()) return fmt::format("Ambiguous: {}. {}.", named, d.one_heat);
     return fmt::format(
         "Ambiguous: {}. As the only explanation it is strained: {}. Either it follows another law, or an unknown "
         "cause acts as well.",
