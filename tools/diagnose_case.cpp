@@ -132,8 +132,11 @@ void diagnose(const DiagnoseOptions& options) {
                           cause.parameter.where);
     }
   }
-  if (without_machine && result.causes.empty())
-    text += fmt::format("residual on held-out data: {:.2f} um\n", result.heldout_rms_before_um);
+  const bool is_corrected = result.verdict != diagnosis::Verdict::no_discrepancy &&
+                            result.verdict != diagnosis::Verdict::unexplained;
+  if (without_machine ? result.causes.empty() : !is_corrected)
+    text += fmt::format("{} on held-out data: {:.2f} um\n", without_machine ? "residual" : "TCP residual",
+                        result.heldout_rms_before_um);
   else {
     text += fmt::format("{} on held-out data: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
                         without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um,
