@@ -194,7 +194,9 @@ StudyPlan read_variant_plan(const fs::path& path) {
   const auto drawn = std::count_if(plan.parameters.begin(), plan.parameters.end(),
                                    [](const StudyParameter& p) { return p.distribution.is_drawn(); });
   if (drawn > 0 && plan.samples < 1) {
-    throw core::InputError(root.place(), fmt::format("{} parameters to draw, samples = {}", drawn, plan.samples),
+    throw core::InputError(root.place(),
+                           fmt::format("{} to draw, samples = {}",
+                                       drawn == 1 ? "1 parameter" : fmt::format("{} parameters", drawn), plan.samples),
                            "samples = 1 or more");
   }
   if (drawn == 0 && plan.samples > 0) {

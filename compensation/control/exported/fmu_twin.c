@@ -176,6 +176,7 @@ const char* fmu_first(fmu_twin* f, double start) {
 }
 
 const char* fmu_step(fmu_twin* f, double time, double step, double stop) {
+  if (!isfinite(time) || !isfinite(step)) return "the step is no number of seconds";
   /* Of sums of steps in an importer. */
   const double slack = 1e-6 * fabs(step) + 1e-12 * fabs(time);
   if (!(fabs(time - f->time) <= slack)) return "the step does not begin where the last one ended";

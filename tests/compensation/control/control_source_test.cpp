@@ -162,6 +162,22 @@ TEST_F(ControlSource, HasTheBitsOfTheCoreOnAarch64) {
   EXPECT_TRUE(run_on_rows("qemu-aarch64 " + arm) == expected(control_.model(), rows));
 }
 
+/// Rows of a shift with a failed sensor, a state that is written and read, and damaged ones.
+TEST_F(ControlSource, HasNoFindingUnderAddressAndUndefinedSanitizers) {
+  const std::string program =
+      compiled("gcc -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer");
+  const std::string state = (folder_.path() / "state").string();
+  EXPECT_TRUE(run_on_rows(program, "--state " + state) == expected(control_.model(), rows));
+  const std::string whole = core::read_file(state);
+  for (const std::size_t length : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
+    folder_.write("bad", whole.substr(0, length));
+    const Said said = run(program + " --state " + (folder_.path() / "bad").string() + " < /dev/null");
+    EXPECT_NE(said.status, 0) << length;
+    EXPECT_EQ(said.text.find("Sanitizer"), std::string::npos) << said.text;
+    EXPECT_EQ(said.text.find("runtime error"), std::string::npos) << said.text;
+  }
+}
+
 TEST_F(ControlSource, TheExampleGoesOnFromItsStateAndNeedsLibmAlone) {
   const std::string program = compiled("gcc -O0"), state = (folder_.path() / "state").string();
   const std::string whole = run_on_rows(program, "--state " + state);
