@@ -187,7 +187,7 @@ TEST(Verdict, AStrainedMissingSourceNamesTheStatedOneToo) {
   const auto strained_with = [&](double stated_evidence) {
     Diagnosis d;
     d.verdict = diagnosis::Verdict::explained;
-    d.causes = {cause_of(find(Kind::sensor_offset, "T1"), 66.0),
+    d.causes = {cause_of(diagnosis::make_parameter(Kind::sensor_offset, "T1"), 66.0),
                 cause_of(missing_at("spindle", "spindle.speed_rpm"), 40.0)};
     d.ranking = d.causes;
     d.ranking.push_back(cause_of(find(Kind::source_power, "motor"), stated_evidence));
