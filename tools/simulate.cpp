@@ -189,7 +189,7 @@ void simulate(const SimulateOptions& options) {
   else
     std::filesystem::remove(folder / "tcp.csv");  // of an earlier machine.toml
   core::write_csv(folder / "sensors.csv", result.sensors, solver::table_digits);
-  core::write_csv(folder / "heat.csv", result.heat_flows);
+  core::write_csv(folder / "heat.csv", result.heat_flows, solver::table_digits);
 
   nlohmann::json json = json_of(result, machine);
   json["load"] = program.name();

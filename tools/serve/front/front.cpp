@@ -72,7 +72,7 @@ public:
       accept();
       take_rows();
       if (is_other_state_) takeover_.move_state();
-      model_->set_longest_answer(clock_.is_awaited() ? hang_s : recorded_s);
+      model_->set_longest_answer(is_awaited() ? hang_s : recorded_s);
       model_->tend(now_);
       if (model_->restarts() > 0) is_other_state_ = false;
       give_answers();
@@ -294,6 +294,10 @@ private:
     note("model=new");
   }
 
+  /// A machine waits for the answers: rows keep pace with the computer, or a client of the socket has had one already.
+  /// The first one may have to wait for a model of other columns.
+  bool is_awaited() const { return clock_.is_in_real_time() || (listener_ && gave_header_); }
+
   void give_answers() {
     while (auto next = model_->answer(now_)) {
       if (next->row.again || next->row.answered) continue;
@@ -304,7 +308,7 @@ private:
     }
     while (ServedRow* late = answers_.has_any() ? model_->oldest() : nullptr) {
       const double live_s = model_->is_up() ? patience_s : patience_gone_s;
-      if (!late->lost && now_ - late->since < (clock_.is_awaited() ? live_s : recorded_s)) return;
+      if (!late->lost && now_ - late->since < (is_awaited() ? live_s : recorded_s)) return;
       late->answered = true;
       const bool is_late = model_->is_up() && !late->lost;
       give(*late, answers_.without_model(*late, is_late              ? "model=late"

@@ -48,8 +48,8 @@ public:
 
   /// Writes the rising time into the row where it differs. @param now  boot_s()
   Reading read(std::string& line, double now);
-  /// A machine waits for the answers: at a socket, or where rows keep pace with the computer.
-  bool is_awaited() const { return source_ == Source::socket || in_real_time_; }
+  /// The rows keep pace with the computer: a machine waits for their answers. Recorded rows come faster.
+  bool is_in_real_time() const { return in_real_time_; }
 
 private:
   /// How far rows have come, without their largest step.
