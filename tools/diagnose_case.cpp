@@ -132,8 +132,8 @@ void diagnose(const DiagnoseOptions& options) {
                           cause.parameter.where);
     }
   }
-  const bool is_corrected = result.verdict != diagnosis::Verdict::no_discrepancy &&
-                            result.verdict != diagnosis::Verdict::unexplained;
+  const bool is_corrected =
+      result.verdict != diagnosis::Verdict::no_discrepancy && result.verdict != diagnosis::Verdict::unexplained;
   if (without_machine ? result.causes.empty() : !is_corrected)
     text += fmt::format("{} on held-out data: {:.2f} um\n", without_machine ? "residual" : "TCP residual",
                         result.heldout_rms_before_um);
