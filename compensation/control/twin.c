@@ -354,7 +354,7 @@ typedef struct head {
 } head;
 
 static const char magic[8] = {'t', 't', ' ', 's', 't', 'a', 't', 'e'};
-enum { state_version = 6 };
+enum { state_version = 7 };
 
 static uint64_t sum_of(const unsigned char* bytes, size_t count) {
   uint64_t sum = UINT64_C(0xCBF29CE484222325);
