@@ -22,7 +22,7 @@ typedef struct tt_eigen {
 
 enum { tt_eigen_progress = 5 };
 int tt_eigen_work(int n);
-/* Number of slices to plan for: two a column, and QL at three sweeps an eigenvalue on average. */
+/* Number of slices to plan for: three columns in two, and QL at two and a half sweeps an eigenvalue on average. */
 int tt_eigen_slices(int n);
 
 void tt_eigen_begin(const tt_eigen* job);

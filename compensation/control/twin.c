@@ -235,7 +235,7 @@ static int due_of_start(const tt_twin* t, double time) {
 /* Whether the start is still under way. */
 static int still_starts(tt_twin* t, double time) {
   if (t->now->job != TT_JOB_START) return 0;
-  if (time - t->now->job_began >= t->model->start_over_s)
+  if (time - t->now->time >= t->model->start_over_s)
     tt_finish_job(t);
   else
     tt_work_on(t, due_of_start(t, time) - due_of_start(t, t->now->time));
