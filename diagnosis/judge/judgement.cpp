@@ -16,6 +16,7 @@
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/reservations.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -238,12 +239,7 @@ std::string perhaps_unrecorded(const mesh::Machine& machine, const compensation:
                                const Diagnosis& d) {
   for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {
     for (const RankedCause& cause : d.causes) {
-      const auto enters = [&](const mesh::SourcePlace& place) {
-        const auto at = std::find_if(machine.surfaces.begin(), machine.surfaces.end(),
-                                     [&](const mesh::SurfaceSpec& surface) { return surface.id == place.surface; });
-        return at != machine.surfaces.end() && at->body == cause.parameter.missing->body;
-      };
-      if (cause.parameter.missing && std::any_of(source->places.begin(), source->places.end(), enters)) {
+      if (cause.parameter.missing && heats(machine, *source, cause.parameter.missing->body)) {
         return fmt::format("{}.power_W is not recorded, and the heat of {} enters {} too", source->drive, source->id,
                            cause.parameter.missing->body);
       }

@@ -40,20 +40,6 @@ void add_other_law(Diagnosis& out) {
   out.ambiguous_set.insert(out.ambiguous_set.begin(), std::move(law));
 }
 
-bool heats(const mesh::Machine& machine, const mesh::SourceSpec& source, const std::string& body) {
-  const auto lies_on = [&](const std::string& surface) {
-    return std::any_of(machine.surfaces.begin(), machine.surfaces.end(),
-                       [&](const mesh::SurfaceSpec& own) { return own.id == surface && own.body == body; });
-  };
-  const auto touches = [&](const std::string& joint) {
-    return std::any_of(machine.joints.begin(), machine.joints.end(), [&](const mesh::JointSpec& own) {
-      return own.id == joint && (lies_on(own.slave) || lies_on(own.master));
-    });
-  };
-  return std::any_of(source.places.begin(), source.places.end(),
-                     [&](const mesh::SourcePlace& place) { return lies_on(place.surface) || touches(place.joint); });
-}
-
 /// "spindle", "axis.X"
 std::string motion_of(const std::string& channel) { return channel.substr(0, channel.rfind('.')); }
 
@@ -79,6 +65,20 @@ bool is_one_heat(const mesh::Machine& machine, const Parameter& stated, const Pa
 
 }  // namespace
 
+bool heats(const mesh::Machine& machine, const mesh::SourceSpec& source, const std::string& body) {
+  const auto lies_on = [&](const std::string& surface) {
+    return std::any_of(machine.surfaces.begin(), machine.surfaces.end(),
+                       [&](const mesh::SurfaceSpec& own) { return own.id == surface && own.body == body; });
+  };
+  const auto touches = [&](const std::string& joint) {
+    return std::any_of(machine.joints.begin(), machine.joints.end(), [&](const mesh::JointSpec& own) {
+      return own.id == joint && (lies_on(own.slave) || lies_on(own.master));
+    });
+  };
+  return std::any_of(source.places.begin(), source.places.end(),
+                     [&](const mesh::SourcePlace& place) { return lies_on(place.surface) || touches(place.joint); });
+}
+
 void leave_one_heat_open(const mesh::Machine& machine, Diagnosis& out) {
   const bool strained = out.verdict == Verdict::ambiguous && !out.strained.empty();
   if (!strained && (out.verdict != Verdict::explained || out.causes.size() != 2)) return;
@@ -96,17 +96,18 @@ void leave_one_heat_open(const mesh::Machine& machine, Diagnosis& out) {
   const bool named = std::any_of(open.begin(), open.end(), is_same);
   if (!named && (!strained || in_ranking == out.ranking.end())) return;
   if (!named) out.ambiguous_set.insert(out.ambiguous_set.begin(), *in_ranking);
+  const RankedCause& same = named ? *std::find_if(open.begin(), open.end(), is_same) : *in_ranking;
   const MissingSource& heat = *missing->parameter.missing;
-  if (!strained) leave_open(fmt::format("both enter {} and follow {}", heat.body, heat.follows), out);
+  out.one_heat = fmt::format(
+      "the missing source may be heat of {} that enters at another place than the model assumes: both enter {} and "
+      "follow {}",
+      same.parameter.where, heat.body, heat.follows);
+  if (!strained) leave_open(out.one_heat, out);
   const auto stated = std::find_if(out.ambiguous_set.begin(), out.ambiguous_set.end(), is_same);
   if (out.causes.front().parameter.missing && stated != out.ambiguous_set.end()) {
     std::swap(out.causes.front(), *stated);
     std::rotate(out.ambiguous_set.begin(), stated, std::next(stated));
   }
-  out.one_heat = fmt::format(
-      "The missing source may be heat of a stated source that enters at another place than the model assumes: both "
-      "enter {} and follow {}",
-      heat.body, heat.follows);
 }
 
 void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {

@@ -20,10 +20,13 @@ void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out);
 /// set.
 void leave_open(const std::string& reason, Diagnosis& out);
 
-/// The same where one of two causes is the power of a source, and the other one a missing source that follows the same
-/// motion and enters the same body: heat that enters elsewhere than the model assumes looks like this. The stated
-/// source stays, with the missing one in the set. Where an explanation with such a missing source is strained, a stated
-/// source with strong evidence is in the set too.
+/// @return whether heat of a source enters a body, by a surface or at a joint
+bool heats(const mesh::Machine& machine, const mesh::SourceSpec& source, const std::string& body);
+
+/// The same as leave_open() where one of two causes is the power of a source, and the other one a missing source that
+/// follows the same motion and enters the same body: heat that enters elsewhere than the model assumes looks like this.
+/// The stated source stays, with the missing one in the set. Where an explanation with such a missing source is
+/// strained, a stated source with strong evidence is in the set too.
 void leave_one_heat_open(const mesh::Machine& machine, Diagnosis& out);
 
 /// @return why a named cause does not explain: its estimate is nearer to nominal than two of its own standard

@@ -243,11 +243,10 @@ std::string sentence_of(const Diagnosis& d) {
           "part of it: identify them too before the machine is corrected.",
           named, d.strained);
     }
-    if (!d.one_heat.empty()) return fmt::format("Ambiguous: {}. {}.", named, d.one_heat);
-    return fmt::format(
-        "Ambiguous: {}. As the only explanation it is strained: {}. Either it follows another law, or an unknown "
-        "cause acts as well.",
-        named, d.strained);
+    return fmt::format("Ambiguous: {}. As the only explanation it is strained: {}. {}", named, d.strained,
+                       d.one_heat.empty()         ? "Either it follows another law, or an unknown cause acts as well."
+                       : d.one_heat == d.strained ? "The power of the stated source is to be checked first."
+                                                  : "Also, " + d.one_heat + ".");
   }
   if (only_unknown_shares(d)) {
     return fmt::format("Ambiguous: {}, and an unknown cause as well, probability {:.2f}.", list_in_words(d.causes, 2),
