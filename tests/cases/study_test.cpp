@@ -607,6 +607,9 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   const json confirmed = summary["confirmed"];
   const double chosen = confirmed["chosen_um"][0], of_case = confirmed["own_um"][0];
   EXPECT_GT(chosen, 0.0);
+  // One measurement of a machine serves both: it has the case's sensors and the chosen ones.
+  const std::string channels = read(toy.result("study/sensors/measured/mixed/machine_1/channels.toml"));
+  for (const std::string sensor : {"\"T1\"", "\"chosen_S1\""}) EXPECT_SAYS(channels, "sensor = " + sensor);
   // The toy's mesh does not follow element_size_mm: the machines have no mesh error.
   EXPECT_EQ(confirmed["own_mesh"], true);
   const double predicted = confirmed["predicted_chosen_um"], predicted_of_case = confirmed["predicted_own_um"];

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "compensation/evaluation/validation.h"
 #include "core/error.h"
@@ -14,10 +17,10 @@ namespace thermotwin::tools {
 namespace {
 
 /// In the directions that axes move.
-double rms_left(const compensation::Validation& validation, int draw) {
+double rms_left(const std::vector<compensation::ValidationRow>& rows, int draw) {
   double sum = 0.0;
   int count = 0;
-  for (const compensation::ValidationRow& row : validation.rows) {
+  for (const compensation::ValidationRow& row : rows) {
     if (row.draw != draw) continue;
     sum += row.rms_sensors_um * row.rms_sensors_um - row.rms_unmoved_um * row.rms_unmoved_um;
     ++count;
@@ -25,22 +28,15 @@ double rms_left(const compensation::Validation& validation, int draw) {
   return std::sqrt(std::max(0.0, sum) / std::max(count, 1));
 }
 
-/// @param nodes  receives those of the machines' mesh
-std::vector<double> left_on_machines(const StudySensorsOptions& options, const solver::Case& machine_case,
-                                     const reduction::ReducedModel& model, const std::string& name,
-                                     Eigen::Index& nodes) {
-  compensation::ValidationOptions settings;
-  settings.loads = options.loads;
-  settings.draws = options.confirm;
-  settings.machine.what = compensation::Perturb::thermal;
-  settings.machine.probe_noise_um = 0.0;  // it would count to what the compensator leaves
-  settings.machine.mesh_cache = options.out / "cache";
-  settings.keep = options.out / "study/sensors/measured" / name;
-  const compensation::Validation validation = compensation::validate_online(machine_case, model, settings);
-  nodes = validation.measured_nodes;
-  std::vector<double> left;
-  for (int draw = 0; draw < options.confirm; ++draw) left.push_back(rms_left(validation, draw));
-  return left;
+/// The chosen sensors with names of their own, so that a machine can have them beside the case's.
+solver::Case renamed(solver::Case placed, const mesh::Machine& own, Eigen::Index chosen) {
+  for (Eigen::Index s = 0; s < chosen; ++s) {
+    std::string& id = placed.machine.sensors[s].id;
+    do {
+      id = "chosen_" + id;
+    } while (own.sensor_index(id) >= 0);
+  }
+  return placed;
 }
 
 }  // namespace
@@ -64,10 +60,32 @@ void require_confirmable(const solver::Case& machine_case) {
 ConfirmedSensors confirmed_sensors(const StudySensorsOptions& options, const solver::Case& machine_case,
                                    const solver::Case& placed, const reduction::ReducedModel& model,
                                    const Eigen::MatrixXd& rows, Eigen::Index nodes) {
+  const solver::Case others = renamed(placed, machine_case.machine, rows.rows());
+  std::vector<mesh::SensorSpec> sensors = machine_case.machine.sensors;
+  sensors.insert(sensors.end(), others.machine.sensors.begin(), others.machine.sensors.begin() + rows.rows());
+  const solver::Case both = study::placed_case(machine_case, sensors);
+  const reduction::ReducedModel other_model = study::placed_model(model, others.machine, rows);
+
+  compensation::ValidationOptions settings;
+  settings.loads = options.loads;
+  settings.draws = options.confirm;
+  settings.machine.what = compensation::Perturb::thermal;
+  settings.machine.probe_noise_um = 0.0;  // it would count to what the compensator leaves
+  settings.machine.mesh_cache = options.out / "cache";
+  settings.keep = options.out / "study/sensors/measured";
+  std::vector<compensation::ValidationRow> own, chosen;
+  const auto judge = [&](int draw, const compensation::MeasuredLoad& load, const compensation::Measurement& measured) {
+    const std::string& name = load.program.name();
+    std::ranges::move(judge_compensation(measured, machine_case.machine, model, name, draw), std::back_inserter(own));
+    std::ranges::move(judge_compensation(measured, others.machine, other_model, name, draw),
+                      std::back_inserter(chosen));
+  };
+  const Eigen::Index measured = measure_each(both, validation_loads(both, settings), settings, judge);
   ConfirmedSensors on;
-  Eigen::Index measured = 0;
-  on.own = left_on_machines(options, machine_case, model, "own", measured);
-  on.chosen = left_on_machines(options, placed, study::placed_model(model, placed.machine, rows), "chosen", measured);
+  for (int draw = 0; draw < options.confirm; ++draw) {
+    on.own.push_back(rms_left(own, draw));
+    on.chosen.push_back(rms_left(chosen, draw));
+  }
   on.own_mesh = measured == nodes;
   return on;
 }

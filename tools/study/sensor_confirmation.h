@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The sensors of a case and chosen ones on machines that are measured virtually.
+// The sensors of a case and chosen ones on machines that are measured virtually. Each machine is measured once and has
+// both, so that a difference is one of the places.
 
 #include <Eigen/Core>
 

@@ -83,15 +83,16 @@ void study_sensors(const StudySensorsOptions& given) {
     places.push_back(choice.places[index]);
   }
   const std::vector<mesh::SensorSpec> sensors = study::placed_sensors(machine_case.machine, places);
-  if (options.confirm > 0) {
-    choice.confirmed = confirmed_sensors(options, machine_case, study::placed_case(machine_case, sensors), made.model,
-                                         rows, full.mesh.nodes());
-  }
+  // The choice stays if the confirmation, which takes far longer, does not come to its end.
   std::string curve = "sensors,left_um,left_after_loss_um\n";
   for (const CurvePoint& point : choice.curve)
     curve += fmt::format("{},{:.9g},{:.9g}\n", point.count, point.left_um, point.after_loss_um);
   core::write_file(folder / "curve.csv", curve);
   core::write_file(folder / "sensors.toml", toml_of(sensors));
+  if (options.confirm > 0) {
+    choice.confirmed = confirmed_sensors(options, machine_case, study::placed_case(machine_case, sensors), made.model,
+                                         rows, full.mesh.nodes());
+  }
   json summary = {{"places", choice.places.size()},
                   {"second_mesh", choice.second_mesh},
                   {"without_um", choice.without_um},
