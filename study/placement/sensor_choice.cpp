@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "compensation/online/work_before.h"
@@ -20,6 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double correlation_s = 1800.0;  ///< of what the model gets wrong at a sensor, as in the observer
+constexpr std::size_t joined_steps = 4;   ///< a screening counts their readings at the last of them
+constexpr Index promising_share = 10;     ///< one place in so many is judged along all steps
 
 }  // namespace
 
@@ -47,49 +50,61 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
       time.places = places * load.states[t];
       const MatrixXd moved = tcp * load.states[t];
       time.tcp = moved.transpose() * moved / poses;
-      time.decay.resize(parameters_);
+      Step step;
+      step.time = times_.size();
+      step.first = t == 0;
+      step.decay.resize(parameters_);
       const double interval = load.times[t] - before;
-      for (Index p = 0; p < parameters_; ++p) time.decay[p] = std::exp(-interval / parameters[p].memory);
-      time.noise = VectorXd::Constant(places.rows(), options.noise_K * options.noise_K);
+      for (Index p = 0; p < parameters_; ++p) step.decay[p] = std::exp(-interval / parameters[p].memory);
+      step.noise = VectorXd::Constant(places.rows(), options.noise_K * options.noise_K);
       if (l < errors.size()) {
         const ModelErrors& of = errors[l];
         for (Index i = 0; i < places.rows(); ++i)
-          time.noise[i] += std::pow(compensation::reading_std(0.0, of.changes_K[t][i]), 2);
-        time.noise *= std::max(1.0, correlation_s / interval);
+          step.noise[i] += std::pow(compensation::reading_std(0.0, of.changes_K[t][i]), 2);
+        step.noise *= std::max(1.0, correlation_s / interval);
         if (!of.places_K.empty()) {
           time.mesh_K = of.places_K[t];
           time.mesh_um2 = of.tcp_um[t].squaredNorm() / poses;
         }
       }
-      time.first = t == 0;
       before = load.times[t];
       times_.push_back(std::move(time));
+      if (t % joined_steps == 0) {
+        fewer_steps_.push_back(step);
+      } else {
+        Step& joined = fewer_steps_.back();
+        joined.time = step.time;
+        joined.decay.array() *= step.decay.array();
+        joined.noise = (joined.noise.cwiseInverse() + step.noise.cwiseInverse()).cwiseInverse();
+      }
+      steps_.push_back(std::move(step));
     }
   }
 }
 
-Left SensorChoice::left(const std::vector<int>& sensors) const {
+Left SensorChoice::left(const std::vector<int>& sensors, const Steps& steps) const {
   const Index k = std::ssize(sensors), size = parameters_ + k;
   MatrixXd p(size, size);
   VectorXd row(size), gain(size), mistaken = VectorXd::Zero(size);
   double variance_um2 = 0.0, mesh_um2 = 0.0;
-  for (const Time& time : times_) {
-    if (time.first) {
+  for (const Step& step : steps) {
+    const Time& time = times_[step.time];
+    if (step.first) {
       p.setIdentity();
       p.bottomRightCorner(k, k) *= options_.bias_K * options_.bias_K;
       mistaken.setZero();
     } else {
-      p.topRows(parameters_).array().colwise() *= time.decay.array();
-      p.leftCols(parameters_).array().rowwise() *= time.decay.array().transpose();
-      p.diagonal().head(parameters_).array() += 1.0 - time.decay.array().square();
-      mistaken.head(parameters_).array() *= time.decay.array();
+      p.topRows(parameters_).array().colwise() *= step.decay.array();
+      p.leftCols(parameters_).array().rowwise() *= step.decay.array().transpose();
+      p.diagonal().head(parameters_).array() += 1.0 - step.decay.array().square();
+      mistaken.head(parameters_).array() *= step.decay.array();
     }
     for (Index s = 0; s < k; ++s) {
       row.head(parameters_) = time.places.row(sensors[s]).transpose();
       row.tail(k).setZero();
       row[parameters_ + s] = 1.0;
       gain.noalias() = p * row;
-      const double variance = row.dot(gain) + time.noise[sensors[s]];
+      const double variance = row.dot(gain) + step.noise[sensors[s]];
       if (time.mesh_K.size() > 0) mistaken += gain * ((time.mesh_K[sensors[s]] - row.dot(mistaken)) / variance);
       p.noalias() -= gain * (gain.transpose() / variance);
     }
@@ -98,38 +113,59 @@ Left SensorChoice::left(const std::vector<int>& sensors) const {
     const auto found = mistaken.head(parameters_);
     mesh_um2 += time.mesh_um2 + found.dot(time.tcp * found);
   }
-  const double count = std::max<double>(1.0, times_.size());
+  const double count = std::max<double>(1.0, steps.size());
   return {std::sqrt(std::max(variance_um2, 0.0) / count), std::sqrt(std::max(mesh_um2, 0.0) / count)};
 }
 
-double SensorChoice::left_after_loss_um(const std::vector<int>& sensors) const {
+double SensorChoice::after_loss_um(const std::vector<int>& sensors, const Steps& steps) const {
   double worst = 0.0;
   for (std::size_t lost = 0; lost < sensors.size(); ++lost) {
     std::vector<int> rest = sensors;
     rest.erase(rest.begin() + lost);
-    worst = std::max(worst, left_um(rest));
+    worst = std::max(worst, left(rest, steps).all_um());
   }
   return worst;
 }
 
-double SensorChoice::criterion(const std::vector<int>& sensors) const {
-  return options_.any_loss ? left_after_loss_um(sensors) : left_um(sensors);
+double SensorChoice::criterion(const std::vector<int>& sensors, const Steps& steps) const {
+  return options_.any_loss ? after_loss_um(sensors, steps) : left(sensors, steps).all_um();
+}
+
+template <class With, class Value>
+std::pair<int, double> SensorChoice::best_place(const With& with, const Value& value) const {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  std::vector<int> judged(places_);
+  std::iota(judged.begin(), judged.end(), 0);
+  std::erase_if(judged, [&](int place) { return with(place).empty(); });
+  const auto along = [&](const Steps& steps) {
+    std::vector<double> left(places_, none);
+    core::parallel_for(0, judged.size(), [&](std::size_t i) { left[judged[i]] = value(with(judged[i]), steps); });
+    return left;
+  };
+  if (places_ > options_.all_times_from) {
+    const std::vector<double> about = along(fewer_steps_);
+    const std::size_t kept = std::max<Index>(options_.all_times_from, places_ / promising_share);
+    std::stable_sort(judged.begin(), judged.end(), [&](int a, int b) { return about[a] < about[b]; });
+    judged.resize(std::min(judged.size(), kept));
+  }
+  const std::vector<double> left = along(steps_);
+  const auto least = std::min_element(left.begin(), left.end());
+  return least == left.end() ? std::pair{0, none} : std::pair{static_cast<int>(least - left.begin()), *least};
 }
 
 std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) const {
   std::vector<int> sensors = taken;
   core::Progress progress("choosing sensors", std::max<Index>(1, count - std::ssize(taken)));
   while (std::ssize(sensors) < count) {
-    VectorXd left = VectorXd::Constant(places_, std::numeric_limits<double>::infinity());
-    core::parallel_for(0, places_, [&](std::size_t place) {
-      const int index = place;
-      if (std::find(sensors.begin(), sensors.end(), index) != sensors.end()) return;
-      std::vector<int> with = sensors;
-      with.push_back(index);
-      left[index] = left_um(with);
-    });
-    Index best = 0;
-    if (!std::isfinite(left.minCoeff(&best))) break;  // every place has a sensor
+    const auto with = [&](int place) {
+      if (std::find(sensors.begin(), sensors.end(), place) != sensors.end()) return std::vector<int>{};
+      std::vector<int> more = sensors;
+      more.push_back(place);
+      return more;
+    };
+    const auto [best, least] = best_place(
+        with, [&](const std::vector<int>& more, const Steps& steps) { return left(more, steps).all_um(); });
+    if (!std::isfinite(least)) break;  // every place has a sensor
     sensors.push_back(best);
     progress.advance();
   }
@@ -145,30 +181,28 @@ std::vector<int> SensorChoice::chosen(const std::vector<int>& greedy) const {
     for (std::size_t i = 0; i < more.size(); ++i) {
       std::vector<int> rest = more;
       rest.erase(rest.begin() + i);
-      if (const double without = criterion(rest); without < left) left = without, least = i;
+      if (const double without = criterion(rest, steps_); without < left) left = without, least = i;
     }
     more.erase(more.begin() + least);
   }
   const std::vector<int> second = exchanged(std::move(more));
-  return criterion(second) < criterion(first) ? second : first;
+  return criterion(second, steps_) < criterion(first, steps_) ? second : first;
 }
 
 std::vector<int> SensorChoice::exchanged(std::vector<int> sensors, int fixed) const {
-  double now = criterion(sensors);
+  double now = criterion(sensors, steps_);
   for (int pass = 0; pass < options_.exchanges; ++pass) {
     bool changed = false;
     core::Progress progress("exchanging sensors", std::max<std::size_t>(1, sensors.size()));
     for (std::size_t s = fixed; s < sensors.size(); ++s) {
-      VectorXd left = VectorXd::Constant(places_, std::numeric_limits<double>::infinity());
-      core::parallel_for(0, places_, [&](std::size_t place) {
-        const int index = place;
-        if (std::find(sensors.begin(), sensors.end(), index) != sensors.end()) return;
-        std::vector<int> with = sensors;
-        with[s] = index;
-        left[index] = criterion(with);
-      });
-      Index best = 0;
-      const double least = left.minCoeff(&best);
+      const auto with = [&](int place) {
+        if (std::find(sensors.begin(), sensors.end(), place) != sensors.end()) return std::vector<int>{};
+        std::vector<int> other = sensors;
+        other[s] = place;
+        return other;
+      };
+      const auto [best, least] = best_place(
+          with, [&](const std::vector<int>& other, const Steps& steps) { return criterion(other, steps); });
       if (least < (1.0 - 1e-6) * now) {
         sensors[s] = best;
         now = least;

@@ -15,10 +15,13 @@
 //
 // A place that is best alone may be useless beside two others: three more are taken and the least valuable leave.
 // Greedy: the place that lowers the criterion most joins, one after another. Exchange: each sensor is replaced by the
-// place that lowers the criterion most, until no replacement does (Fedorov 1972).
+// place that lowers the criterion most, until no replacement does (Fedorov 1972). Where there are many places, all are
+// judged along every fourth time, whose readings then count fourfold, and the most promising along all times.
 
 #include <Eigen/Core>
 
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "study/placement/model_errors.h"
@@ -31,6 +34,7 @@ struct ChoiceOptions {
   double bias_K = 0.1;          ///< of a sensor's constant bias: its calibration and the mesh's error beside it
   int exchanges = 3;            ///< passes over the sensors at most; 0: greedy alone
   bool any_loss = false;        ///< exchange for the criterion after the loss of the worst sensor
+  int all_times_from = 64;      ///< so many places at most are all judged along all times
   Eigen::Index choosable = -1;  ///< only the first places may be chosen; -1: all
   void validate() const;        ///< @throws InputError
 };
@@ -53,9 +57,9 @@ public:
   /// The criterion of these places, um.
   double left_um(const std::vector<int>& sensors) const { return left(sensors).all_um(); }
   /// Its two parts.
-  Left left(const std::vector<int>& sensors) const;
+  Left left(const std::vector<int>& sensors) const { return left(sensors, steps_); }
   /// The same after the loss of the sensor without which it is largest; of one sensor: without sensors.
-  double left_after_loss_um(const std::vector<int>& sensors) const;
+  double left_after_loss_um(const std::vector<int>& sensors) const { return after_loss_um(sensors, steps_); }
 
   /// @param count  of sensors  @param taken  places to begin with, which stay
   std::vector<int> greedy(int count, const std::vector<int>& taken = {}) const;
@@ -66,17 +70,29 @@ public:
   std::vector<int> exchanged(std::vector<int> sensors, int fixed = 0) const;
 
 private:
-  double criterion(const std::vector<int>& sensors) const;
   struct Time {
     Eigen::MatrixXd places;  // (places x parameters) K
     Eigen::MatrixXd tcp;     // (parameters x parameters) um^2
-    Eigen::VectorXd decay;   // (parameters) a since the time before
-    Eigen::VectorXd noise;   // (places) variance of a reading, K^2
-    bool first = false;      // of a load program
     Eigen::VectorXd mesh_K;  // (places) d; empty: no second mesh
     double mesh_um2 = 0;     // e^T e over the number of poses
   };
+  struct Step {
+    std::size_t time = 0;
+    bool first = false;     // of a load program
+    Eigen::VectorXd decay;  // (parameters) a since the step before
+    Eigen::VectorXd noise;  // (places) variance of the readings since then, K^2
+  };
+  using Steps = std::vector<Step>;
+  Left left(const std::vector<int>& sensors, const Steps& steps) const;
+  double after_loss_um(const std::vector<int>& sensors, const Steps& steps) const;
+  double criterion(const std::vector<int>& sensors, const Steps& steps) const;
+  /// The place that leaves least, and what it leaves. @param with  sensors with a place; none: not to be judged
+  /// @param value  of sensors along steps
+  template <class With, class Value>
+  std::pair<int, double> best_place(const With& with, const Value& value) const;
+
   std::vector<Time> times_;
+  Steps steps_, fewer_steps_;
   ChoiceOptions options_;
   Eigen::Index places_ = 0, parameters_ = 0;  // places that may be chosen
 };

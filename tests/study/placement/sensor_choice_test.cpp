@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace thermotwin::study {
 namespace {
@@ -158,6 +160,32 @@ TEST(SensorChoice, TrustsAReadingLessTheMoreItChanges) {
   const SensorChoice choice({standing(1, {3600.0})}, parameters(1), places, tcp, options, {hot});
   EXPECT_LT(choice.left_um({0}), 0.1);
   EXPECT_GT(choice.left_um({1}), 0.4);  // 3 % of 20 K
+}
+
+// Of many places only the most promising are judged along all times. Places and errors differ in shape and in time.
+TEST(SensorChoice, ScreensManyPlacesWithoutALoss) {
+  constexpr int count = 200, quantities = 6;
+  LoadResponses load;
+  for (int t = 1; t <= 42; ++t) {
+    load.times.push_back(1200.0 * t);
+    Eigen::MatrixXd state = Eigen::MatrixXd::Identity(quantities, quantities);
+    for (int q = 0; q < quantities; ++q) state(q, q) = 1.0 - std::exp(-1200.0 * t / (1800.0 * (q + 1)));
+    load.states.push_back(state);
+  }
+  Eigen::MatrixXd places(count, quantities), tcp(6, quantities);
+  for (int i = 0; i < count; ++i)
+    for (int q = 0; q < quantities; ++q) places(i, q) = std::exp(-std::pow((i - 35.0 * q) / (8.0 + 3.0 * q), 2));
+  for (int i = 0; i < tcp.rows(); ++i)
+    for (int q = 0; q < quantities; ++q) tcp(i, q) = std::cos(1.0 + i + 2.0 * q);
+  ChoiceOptions all, screened;
+  all.all_times_from = count;
+  screened.all_times_from = 5;
+  const SensorChoice slow({load}, parameters(quantities, 20000.0), places, tcp, all);
+  const SensorChoice quick({load}, parameters(quantities, 20000.0), places, tcp, screened);
+  const std::vector<int> expected = slow.chosen(slow.greedy(4)), found = quick.chosen(quick.greedy(4));
+  EXPECT_DOUBLE_EQ(quick.left_um(expected), slow.left_um(expected));
+  EXPECT_LE(quick.left_um(found), 1.001 * slow.left_um(expected));
+  EXPECT_LT(quick.left_um(found), 0.7 * quick.left_um({}));
 }
 
 }  // namespace
