@@ -36,10 +36,22 @@ void require_known(const mesh::Machine& machine, const PlaceRules& rules) {
   require(rules.without, all, "body or surface without sensors");
 }
 
-/// Whether an endless axis lies between the body and the ground.
+/// Whether all of a surface of this body turns: in a film of a rotating disc, `fraction` is the share that does.
+bool has_disc(const mesh::Machine& machine, const std::string& body) {
+  return std::any_of(machine.films.begin(), machine.films.end(), [&](const mesh::FilmSpec& film) {
+    return film.kind == mesh::FilmKind::rotating_disc && film.fraction >= 1.0 &&
+           std::any_of(film.surfaces.begin(), film.surfaces.end(), [&](const std::string& id) {
+             const int surface = machine.surface_index(id);
+             return surface >= 0 && machine.surfaces[surface].body == body;
+           });
+  });
+}
+
+/// Whether the body, or one that carries it, turns with a spindle or an endless axis.
 bool rotates(const mesh::Machine& machine, int body) {
   for (int at = body; at >= 0;) {
     const mesh::BodySpec& spec = machine.bodies[at];
+    if (has_disc(machine, spec.id)) return true;
     if (!spec.axis.empty() && machine.axes[machine.axis_index(spec.axis)].endless) return true;
     at = spec.parent.empty() ? -1 : machine.body_index(spec.parent);
   }

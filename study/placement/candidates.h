@@ -16,7 +16,7 @@ struct PlaceRules {
   std::vector<std::string> bodies;   ///< only on these; empty: on all elastic bodies
   std::vector<std::string> without;  ///< bodies and surfaces without sensors
   bool on_contacts = false;          ///< places on surfaces of joints, which the other side covers
-  bool on_rotating = false;          ///< bodies carried by an endless axis, which no cable reaches
+  bool on_rotating = false;          ///< bodies that turn with a spindle or an endless axis, which no cable reaches
 };
 
 struct Place {

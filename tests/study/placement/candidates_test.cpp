@@ -79,5 +79,23 @@ TEST(SensorPlaces, LeaveBodiesOutThatTurnWithoutEnd) {
   EXPECT_FALSE(on_body(sensor_places(mesh, rules), 1).empty());
 }
 
+// In a film of a rotating disc, `fraction` is the share of the surface that turns.
+TEST(SensorPlaces, LeaveBodiesOutThatTurnWithASpindle) {
+  mesh::Machine machine = test::slide_machine();
+  mesh::FilmSpec film;
+  film.surfaces = {"slide.top"};
+  film.kind = mesh::FilmKind::rotating_disc;
+  film.axis = "spindle";
+  for (const double fraction : {0.3, 1.0}) {
+    film.fraction = fraction;
+    machine.films = {film};
+    const mesh::MachineMesh mesh = test::slide_mesh(2, machine);
+    PlaceRules rules;
+    EXPECT_EQ(on_body(sensor_places(mesh, rules), 1).empty(), fraction == 1.0);
+    rules.on_rotating = true;
+    EXPECT_FALSE(on_body(sensor_places(mesh, rules), 1).empty());
+  }
+}
+
 }  // namespace
 }  // namespace thermotwin::study
