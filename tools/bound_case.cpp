@@ -87,6 +87,8 @@ void tell_what_no_bound_covers(const mesh::Machine& machine) {
   }
   for (const mesh::FilmSpec& film : machine.films)
     if (film.of_temperature) add(fmt::format("film '{}' (of_temperature)", film.id));
+  for (const mesh::JointSpec& joint : machine.joints)
+    if (!joint.law.by_temperature.at.empty()) add(fmt::format("joint '{}' (temperature_factor)", joint.id));
   if (list.empty()) return;
   core::warn(
       fmt::format("the bound holds for the coefficients and coolant temperatures of the reduced run. It does not "

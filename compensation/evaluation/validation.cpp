@@ -179,6 +179,11 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
 
 namespace {
 
+/// "-" for what there is not: a share of nothing, where no axis moves the tool.
+std::string cell(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
 struct Sums {
   double before = 0, model = 0, told = 0, sensors = 0, unmoved = 0;  ///< squares over the check points
   int poses = 0;
@@ -261,10 +266,10 @@ Rows Validation::summary() const {
     table.push_back({load, std::to_string(with.size())});
     for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1),
                                quantile(cuts(load), 0.5)})
-      table.back().push_back(fmt::format("{:.1f}", value));
+      table.back().push_back(cell(value, 1));
     if (unmoved_directions.empty()) continue;
     for (const double share : {0.5, 0.1})
-      table.back().push_back(fmt::format("{:.1f}", quantile(moved_reductions(load, With::sensors), share)));
+      table.back().push_back(cell(quantile(moved_reductions(load, With::sensors), share), 1));
   }
   return table;
 }
@@ -288,28 +293,24 @@ Rows Validation::table() const {
               "surroundings known %", "sensors %", "cut by sensors %"}};
   const bool stays = !unmoved_directions.empty();
   if (stays) table.front().insert(table.front().end(), {"no axis moves um", "sensors % where axes move"});
-  const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
       const double share = std::sqrt(sums.poses);
-      table.push_back({load, std::to_string(draw + 1), number("{:.2f}", std::sqrt(sums.before) / share),
-                       number("{:.2f}", sums.left(With::model) / share),
-                       number("{:.2f}", sums.left(With::told) / share),
-                       number("{:.2f}", sums.left(With::sensors) / share), number("{:.1f}", sums.percent(With::model)),
-                       number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
-                       number("{:.1f}", sums.cut())});
+      table.push_back({load, std::to_string(draw + 1), cell(std::sqrt(sums.before) / share, 2),
+                       cell(sums.left(With::model) / share, 2), cell(sums.left(With::told) / share, 2),
+                       cell(sums.left(With::sensors) / share, 2), cell(sums.percent(With::model), 1),
+                       cell(sums.percent(With::told), 1), cell(sums.percent(With::sensors), 1), cell(sums.cut(), 1)});
       if (!stays) continue;
-      table.back().push_back(number("{:.2f}", std::sqrt(sums.unmoved) / share));
-      table.back().push_back(number("{:.1f}", sums.moved_percent(With::sensors)));
+      table.back().push_back(cell(std::sqrt(sums.unmoved) / share, 2));
+      table.back().push_back(cell(sums.moved_percent(With::sensors), 1));
     }
     for (const auto& [name, share] : {std::pair{"median", 0.5}, {"10th percentile", 0.1}}) {
-      table.push_back({load, name, "", "", "", "", number("{:.1f}", quantile(reductions(load, With::model), share)),
-                       number("{:.1f}", quantile(reductions(load, With::told), share)),
-                       number("{:.1f}", quantile(reductions(load, With::sensors), share)),
-                       number("{:.1f}", quantile(cuts(load), share))});
+      table.push_back({load, name, "", "", "", "", cell(quantile(reductions(load, With::model), share), 1),
+                       cell(quantile(reductions(load, With::told), share), 1),
+                       cell(quantile(reductions(load, With::sensors), share), 1),
+                       cell(quantile(cuts(load), share), 1)});
       if (stays)
-        table.back().insert(table.back().end(),
-                            {"", number("{:.1f}", quantile(moved_reductions(load, With::sensors), share))});
+        table.back().insert(table.back().end(), {"", cell(quantile(moved_reductions(load, With::sensors), share), 1)});
     }
   }
   return table;

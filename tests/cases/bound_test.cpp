@@ -208,6 +208,7 @@ TEST(Bound, AMachineWithoutAxesAndSensorsGoesThroughValidation) {
   expect_bounded(toy, 1);
   const Result validated = toy.run({"validate", toy.path(), "--draws", "2"});
   EXPECT_EQ(validated.status, 0) << validated.err;
+  EXPECT_EQ(validated.out.find("nan"), std::string::npos) << validated.out;
 }
 
 TEST(Bound, IsRefusedBeforeAnythingIsMadeWhereTheEquationIsNotAffine) {
@@ -222,9 +223,11 @@ TEST(Bound, IsRefusedBeforeAnythingIsMadeWhereTheEquationIsNotAffine) {
 TEST(Bound, WhatFollowsTheMachinesOwnTemperaturesIsSaidNotToBeCovered) {
   const Toy toy;
   toy.edit("machine.toml", "radiation = \"exact\"", "radiation = \"linear\"");
+  toy.edit("machine.toml", "[[joint]]\n", "[[joint]]\ntemperature_at_C = [0, 60]\ntemperature_factor = [0.8, 1.4]\n");
   const Result reduced = toy.run({"reduce", toy.path(), "--bound"});
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   EXPECT_SAYS(reduced.err, "coolant 'main'");
+  EXPECT_SAYS(reduced.err, "(temperature_factor)");
 }
 
 }  // namespace
