@@ -28,6 +28,8 @@ using core::trimmed;
 constexpr double largest = 1e10;
 /// A channel or sensor without a value for longer is missing (tt_model::correction_s, absent_s of sensor_monitor.c).
 constexpr double longest_blank_s = 300.0;
+/// So many rows from the first on may have another number of cells than the header; if no row fits, the input is wrong.
+constexpr int most_misfits = 10;
 
 std::string cells(std::ptrdiff_t count) { return fmt::format("{} cell{}", count, count == 1 ? "" : "s"); }
 
@@ -76,7 +78,10 @@ bool RowReader::next() {
   input_unreadable_ = false;
   readable_ = true;
   do {
-    if (!next_line()) return false;
+    if (!next_line()) {
+      if (!any_row_ && first_misfit_) throw *first_misfit_;
+      return false;
+    }
     // Blank lines may only end the input; one between rows is seen when a row follows.
     if (trimmed(line_).empty()) {
       blank_line_ = blank_line_ == 0 ? number_ : blank_line_;
@@ -210,8 +215,11 @@ void RowReader::note(const std::string& place, const std::string& found, const s
 void RowReader::note_cell_count() {
   const auto found = std::count(line_.begin(), line_.end(), ',') + 1;
   const std::string allowed = fmt::format("{}, one for each column of the header", columns_.size());
-  // The first row tells whether header and rows belong together.
-  if (!any_row_) fail(number_, cells(found), allowed);
+  // The first rows tell whether header and rows belong together.
+  if (!any_row_) {
+    if (misfits_++ == 0) first_misfit_ = InputError(place(), cells(found), allowed);
+    if (misfits_ == most_misfits) throw *first_misfit_;
+  }
   readable_ = false;
   note(place(), cells(found), allowed);
 }
@@ -229,6 +237,11 @@ void RowReader::compare_machine(std::string_view text, const mesh::Machine& mach
                     found = fmt::format("rows of machine {} with hash {}", shown(its_name), shown(hash));
   const std::string allowed = fmt::format("rows of the model's machine: # machine {} {}", machine.name, machine.hash);
   if (options_.strict || its_name != machine.name) throw InputError(here, found, allowed);
+  if (hash.empty()) {
+    options_.warn(fmt::format("{}: rows of machine {} without a hash, which cannot be compared with the model's: {}",
+                              here, shown(its_name), machine.hash));
+    return;
+  }
   options_.warn(fmt::format("{}: {}; the model was made from another version of machine.toml, with hash {}", here,
                             found, machine.hash));
 }

@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <iosfwd>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "compensation/online/compensator.h"
 #include "compensation/online/input_limits.h"
+#include "core/error.h"
 #include "core/missing.h"
 
 namespace thermotwin::compensation {
@@ -110,6 +112,8 @@ private:
   const StreamOptions& options_;
   std::vector<char> buffer_;
   long number_ = 0, blank_line_ = 0, noted_ = 0;
+  int misfits_ = 0;  ///< rows with another number of cells before the first that fits
+  std::optional<core::InputError> first_misfit_;
   bool any_row_ = false, readable_ = true, time_blank_ = false, input_unreadable_ = false, names_machine_ = false;
   std::string unreadable_;
   std::vector<Column> columns_;

@@ -55,6 +55,25 @@ TEST(CompensateStream, WritesOffsetsDeviationsAndStatusForEachRow) {
   EXPECT_FALSE(std::getline(lines, row));
 }
 
+// One torn line at the start is no reason to end; rows that never fit the header are.
+TEST(CompensateStream, FirstRowsWithOtherCellsAreRepeatedUntilOneFits) {
+  const std::string header = "time_s,spindle.speed_rpm,air.T_C\n";
+  const std::string out = streamed(header + "0,20\n1,0,20,7\n2,0,20\n");
+  EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 4);
+  EXPECT_NE(out.find("input_missing row=unreadable"), std::string::npos);
+  EXPECT_NE(out.find("\n2,"), std::string::npos);
+  std::string commas = header;
+  for (int i = 0; i < 40; ++i) commas += fmt::format("{},0,20,5\n", i);
+  for (const std::string& text : {commas, header + "0,20\n"}) {
+    try {
+      streamed(text);
+      FAIL() << "was accepted";
+    } catch (const core::InputError& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with("rows.csv:2: ")) << error.what();
+    }
+  }
+}
+
 TEST(CompensateStream, AgreesWithTheCompensatorRowByRow) {
   std::string text = "time_s,spindle.speed_rpm,air.T_C,axis.B.position_deg,T_nose_C\n";
   Compensator compensator(nominal());
