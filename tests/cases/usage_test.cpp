@@ -98,6 +98,17 @@ TEST(Usage, WrongWordsGetTheNearestRightOne) {
   }
 }
 
+// A start in kelvin would be an offset at the guard's limit for hours.
+TEST(Usage, AStartTemperatureInKelvinIsRefused) {
+  const Toy toy;
+  for (const std::string verb : {"compensate", "serve", "export"}) {
+    const Result result = toy.run({verb, toy_model(), "--start-C", "293.15"});
+    EXPECT_EQ(result.status, 2) << verb << ": " << result.err;
+    EXPECT_SAYS(result.err, "293.15");
+    EXPECT_SAYS(result.err, "100");
+  }
+}
+
 TEST(Usage, ResultsGoToStdoutAndProgressToStderr) {
   const Toy toy;
   const std::vector<std::string> mesh{"mesh", toy.path()};

@@ -104,6 +104,8 @@ CLI::Validator positive_number() {
   return finite_number("POSITIVE", "above 0", [](double value) { return std::isnan(value) || value > 0.0; });
 }
 
+CLI::Validator start_temperature() { return CLI::Range(-50.0, 100.0); }
+
 CLI::Validator non_negative_number() {
   return finite_number("NONNEGATIVE", "of at least 0", [](double value) { return std::isnan(value) || value >= 0.0; });
 }

@@ -36,6 +36,8 @@ CLI::Range seeds();
 
 /// CLI11's own name the largest double by all its 309 digits.
 CLI::Validator positive_number();
+/// Of a machine, degC: -50 to 100.
+CLI::Validator start_temperature();
 CLI::Validator non_negative_number();
 
 /// CLI11's ranges let nan pass. @throws InputError for an option of numbers that is none

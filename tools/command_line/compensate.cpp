@@ -25,6 +25,7 @@ void add_compensate(CLI::App& app) {
   verb->add_option("--start-C", compensate.start_C,
                    "Uniform temperature of the machine at the start, degC; with sensors it is estimated from their "
                    "first readings.")
+      ->check(start_temperature())
       ->capture_default_str();
   verb->add_option("--largest-offset", compensate.largest_um,
                    "Limit of each offset, um (default: twice the largest offset at the model's operating points).")

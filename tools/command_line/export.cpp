@@ -21,14 +21,17 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   matrices.excludes(source)->excludes(fmu)->excludes(linuxcnc);
   source->excludes(fmu)->excludes(linuxcnc);
   fmu->excludes(linuxcnc);
-  const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
+  const auto add = [&](const char* name, double& value, const char* text) {
+    return verb.add_option(name, value, text);
+  };
   verb.add_option("--order", exported.order,
                   "With --c, --fmu, --linuxcnc: number of states of the model that are kept, from the first on "
                   "(default: all).")
       ->check(positive_number());
   add("--step", exported.step_s, "With --c, --fmu, --linuxcnc: longest step of the thermal state, s (default 60).");
   add("--start-C", exported.start_C,
-      "With --c, --fmu, --linuxcnc: initial temperature of the machine, degC (default 20).");
+      "With --c, --fmu, --linuxcnc: initial temperature of the machine, degC (default 20).")
+      ->check(start_temperature());
   add("--largest-offset", exported.largest_um,
       "With --c, --fmu, --linuxcnc: limit of each offset, um (default: by the model).");
   add("--offset-rate", exported.rate_um_s,

@@ -20,6 +20,7 @@ void add_model_options(CLI::App& verb, ServeOptions& serve) {
   verb.add_option("--start-C", serve.start_C,
                   "Uniform temperature of the machine at a start without state, degC; with sensors it is estimated "
                   "from their first readings.")
+      ->check(start_temperature())
       ->capture_default_str();
   verb.add_option("--largest-offset", serve.largest_um,
                   "Limit of each offset, um (default: twice the largest offset at the model's operating points).")

@@ -105,7 +105,8 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
   verb->add_option("--body", sensors.bodies, "Bodies that may have sensors (default: all elastic ones).");
   verb->add_option("--without", sensors.without, "Bodies and surfaces that no sensor may be on.");
   verb->add_flag("--on-contacts", sensors.on_contacts, "Allow places on surfaces of joints.");
-  verb->add_flag("--on-rotating", sensors.on_rotating, "Allow places on bodies that turn with a spindle or an endless axis.");
+  verb->add_flag("--on-rotating", sensors.on_rotating,
+                 "Allow places on bodies that turn with a spindle or an endless axis.");
   verb->add_option("--spacing", sensors.spacing_mm, "Least distance between two candidate places on a body, mm.")
       ->check(CLI::Range(1.0, 10000.0))
       ->capture_default_str();
