@@ -39,18 +39,21 @@ std::optional<Eigen::MatrixXd> take_matrix(std::string_view& bytes) {
 /// Matrices in a file of their own say which result they belong to: a later result without them leaves the file.
 void write_matrices(const std::filesystem::path& path, const std::string& hash,
                     const std::vector<const Eigen::MatrixXd*>& matrices) {
-  std::string bytes = hash;
+  std::string bytes;
   for (const Eigen::MatrixXd* matrix : matrices) append(bytes, *matrix);
-  core::write_file(path, bytes);
+  core::write_file(path, hash + core::content_hash(bytes) + bytes);
 }
 
-/// @return false if there is no such file, or it belongs to another result
+/// @return false if there is no such file, it belongs to another result, or it is damaged
 bool read_matrices(const std::filesystem::path& path, const std::string& hash,
                    const std::vector<Eigen::MatrixXd*>& matrices) {
   if (!std::filesystem::exists(path)) return false;
   const std::string bytes = core::read_file(path);
   if (!bytes.starts_with(hash)) return false;
   std::string_view rest = std::string_view(bytes).substr(hash.size());
+  const std::string_view sum = rest.substr(0, hash.size());
+  rest.remove_prefix(sum.size());
+  if (sum != core::content_hash(rest)) return false;
   for (Eigen::MatrixXd* matrix : matrices) {
     auto taken = take_matrix(rest);
     if (!taken) return false;

@@ -224,6 +224,18 @@ TEST_F(CheckpointTest, FieldsComeFromSnapshotsWithTheSameBits) {
   const LoadFields found = run_campaign(full, loads, options).front().fields;
   EXPECT_TRUE(same_bits(found.modes, expected.modes));
   EXPECT_TRUE(same_bits(found.coefficients, expected.coefficients));
+  // Damaged temperatures are not taken for those of the load.
+  const auto file = folder_ / "out/a/snapshots.bin";
+  const std::string whole = core::read_file(file);
+  std::string damaged = whole;
+  damaged[damaged.size() - 1] ^= 0x40;
+  core::write_file(file, damaged);
+  int outputs = 0;
+  options.keep_snapshots = true;
+  options.on_output = [&](const LoadProgram&, const OutputState&) { ++outputs; };
+  run_campaign(full, loads, options);
+  EXPECT_GT(outputs, 0);
+  EXPECT_EQ(core::read_file(file), whole);
 }
 
 }  // namespace thermotwin::solver
