@@ -23,6 +23,7 @@ namespace {
 constexpr double opposed_cosine = -0.5;  // outward normals more than 120 deg apart
 constexpr double sliver = 1e-12;         // of the slave triangle's area
 constexpr double covered = 1e-9;         // of the slave triangle's area: rounding of a sum of pieces
+constexpr double rounding = 1e-12;       // m, of corners: a gap of just the reach is within it
 constexpr double double_cover = 1e-8;    // of the slave triangle's area: that is none yet
 
 /// Barycentric coordinates of a triangle in the plane, corners in the columns: a row times (1, x, y) each.
@@ -154,7 +155,7 @@ struct ContactSearch::Impl {
 };
 
 ContactSearch::ContactSearch(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint)
-    : impl_(new Impl{body_of(mesh, joint.slave), faces_of(mesh, joint.slave), nullptr, joint.reach}) {
+    : impl_(new Impl{body_of(mesh, joint.slave), faces_of(mesh, joint.slave), nullptr, joint.reach + rounding}) {
   impl_->degree = 2 * impl_->slave.order();
   if (joint.master.empty()) return;
   const TetMesh& master = body_of(mesh, joint.master);

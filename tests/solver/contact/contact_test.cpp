@@ -102,6 +102,16 @@ TEST(Contact, NothingTouchesBeyondTheRim) {
   EXPECT_EQ(find_contact(mesh, guide, moved(0, 0, 0.006), home).size(), 0u);
 }
 
+// The gap of 1 mm is one only up to the rounding of the corners.
+TEST(Contact, AGapOfJustTheReachTouches) {
+  mesh::MachineMesh mesh = test::slide_mesh(3);
+  mesh::JointSpec guide = mesh.machine.joints[0];
+  const double whole = total_area(find_contact(mesh, guide, home, home));
+  guide.reach = 0.101 - 0.1;
+  for (const double z : {0.0, 0.1, 0.3, 1.7})  // rounding differs from height to height
+    EXPECT_NEAR(total_area(find_contact(mesh, guide, moved(0, 0, z), moved(0, 0, z))), whole, 1e-12) << z;
+}
+
 TEST(Contact, ARailNarrowerThanTheSlavesTriangles) {
   mesh::Machine machine = test::slide_machine();
   const mesh::MachineMesh mesh =
