@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s,
  * channels of the machine, and its sensors as NAME_C; others are not read. An empty cell keeps the last value, or says
- * that a sensor has no reading. --bits writes hexadecimal numbers. --state FILE goes on from a saved state, and saves
- * it every minute of the rows' time and at the end: whole in FILE.new, which then takes the place of FILE. */
+ * that a sensor has no reading. So does a cell that is no number, which is said on stderr. A row without a time, or
+ * with another number of cells than the header, repeats the last offsets with the status input_missing. --bits writes
+ * hexadecimal numbers. --state FILE goes on from a saved state, and saves it every minute of the rows' time and at the
+ * end: whole in FILE.new, which then takes the place of FILE. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +22,8 @@ static unsigned char saved[TT_STATE_BYTES + 64];
 static char line[longest_line];
 static int column[most_columns];
 static char has_column[TT_CHANNELS];
+static char has_sensor[TT_SENSORS + 1];
+static long line_number = 0;
 static double channels[TT_CHANNELS], sensors[TT_SENSORS + 1];
 
 static int channel_of(const char* name) {
@@ -45,38 +49,73 @@ static char* next_cell(char** rest) {
   return cell;
 }
 
+static int read_line(void) {
+  ++line_number;
+  return fgets(line, sizeof line, stdin) != NULL;
+}
+
+static void say(const char* what, const char* allowed) {
+  fprintf(stderr, "stdin:%ld: %s; allowed: %s\n", line_number, what, allowed);
+}
+
+/* The number of columns; 0: there is no header, or a column comes twice. */
 static int read_header(void) {
   char *rest = line, *cell;
-  int count = 0;
-  if (!fgets(line, sizeof line, stdin)) return 0;
+  int count = 0, has_time = 0;
+  if (!read_line()) {
+    say("no header", "a first line of column names");
+    return 0;
+  }
   if (strncmp(line, "\xEF\xBB\xBF", 3) == 0) rest += 3; /* byte order mark */
   while ((cell = next_cell(&rest)) != NULL && count < most_columns) {
     const int channel = channel_of(cell);
+    char* had = channel == is_time         ? (char*)NULL
+                : channel == not_read      ? (char*)NULL
+                : channel < first_sensor   ? &has_column[channel]
+                                           : &has_sensor[channel - first_sensor];
+    if ((channel == is_time && has_time) || (had && *had)) {
+      say(cell, "each column once");
+      return 0;
+    }
+    has_time |= channel == is_time;
+    if (had) *had = 1;
     column[count++] = channel;
-    if (channel >= 0 && channel < first_sensor) has_column[channel] = 1;
   }
-  return count;
+  if (has_time) return count;
+  say("no column time_s", "time_s among the column names");
+  return 0;
 }
 
+/* A number and nothing else; NaN with a word on stderr for other text, NaN for a blank cell. */
+static double number(const char* cell) {
+  char* end;
+  const double value = strtod(cell, &end);
+  if (end[strspn(end, " \t")] == '\0') return end == cell ? NAN : value;
+  say(cell, "a number or a blank cell");
+  return NAN;
+}
+
+/* The time; NaN: the row does not fit. */
 static double read_row(int columns) {
   char *rest = line, *cell;
   double time = NAN;
+  int cells = 0;
   /* A channel without a column keeps the value of a machine that stands; a blank cell is a missing value. */
   const double* standing = tt_twin_defaults(&tt_the_model);
   for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = has_column[k] ? NAN : standing[k];
   for (int s = 0; s < TT_SENSORS; ++s) sensors[s] = NAN;
-  for (int i = 0; i < columns && (cell = next_cell(&rest)) != NULL; ++i) {
-    char* end;
-    const double value = strtod(cell, &end);
-    if (end == cell || column[i] == not_read) continue;
-    if (column[i] == is_time)
-      time = value;
-    else if (column[i] >= first_sensor)
-      sensors[column[i] - first_sensor] = value;
+  for (; (cell = next_cell(&rest)) != NULL; ++cells) {
+    if (cells >= columns || column[cells] == not_read) continue;
+    if (column[cells] == is_time)
+      time = number(cell);
+    else if (column[cells] >= first_sensor)
+      sensors[column[cells] - first_sensor] = number(cell);
     else
-      channels[column[i]] = value;
+      channels[column[cells]] = number(cell);
   }
-  return time;
+  if (cells == columns) return time;
+  say("another number of cells", "one for each column of the header");
+  return NAN;
 }
 
 static int load(tt_twin* twin, const char* path) {
@@ -152,12 +191,17 @@ int main(int argc, char** argv) {
     return 3;
   }
   const int columns = read_header();
+  if (columns == 0) return 3;
   for (int k = 0; k < TT_CHANNELS; ++k) {
     if (!has_column[k] && !isnan(tt_twin_defaults(&tt_the_model)[k])) tt_twin_never_given(&twin, k);
   }
   print_header();
-  while (fgets(line, sizeof line, stdin)) {
+  while (read_line()) {
     const double time = read_row(columns);
+    if (isnan(time)) {
+      print_row(&twin, twin.now->time, TT_INPUT_MISSING, format);
+      continue;
+    }
     print_row(&twin, time, tt_twin_row(&twin, time, channels, sensors), format);
     if (path && twin.now->time - saved_at >= save_every_s) {
       saved_at = twin.now->time;

@@ -123,6 +123,11 @@ protected:
     EXPECT_EQ(said.status, 0) << compiler << ": " << said.text;
     return program;
   }
+  /// A header alone, as standard input.
+  std::string no_rows() const {
+    folder_.write("no_rows.csv", "time_s\n");
+    return " < " + (folder_.path() / "no_rows.csv").string();
+  }
   std::string run_on_rows(const std::string& program, const std::string& more = "") const {
     const Said said = run(fmt::format("{} --bits {} < {}", program, more, (folder_.path() / "rows.csv").string()));
     EXPECT_EQ(said.status, 0) << said.text;
@@ -171,7 +176,8 @@ TEST_F(ControlSource, HasNoFindingUnderAddressAndUndefinedSanitizers) {
   const std::string whole = core::read_file(state);
   for (const std::size_t length : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
     folder_.write("bad", whole.substr(0, length));
-    const Said said = run(program + " --state " + (folder_.path() / "bad").string() + " < /dev/null");
+    const Said said =
+        run(program + " --state " + (folder_.path() / "bad").string() + " < " + (folder_.path() / "rows.csv").string());
     EXPECT_NE(said.status, 0) << length;
     EXPECT_EQ(said.text.find("Sanitizer"), std::string::npos) << said.text;
     EXPECT_EQ(said.text.find("runtime error"), std::string::npos) << said.text;
@@ -203,7 +209,36 @@ TEST_F(ControlSource, TheExampleGoesOnFromItsStateAndNeedsLibmAlone) {
   EXPECT_TRUE(joined == whole);
   EXPECT_TRUE(core::read_file(state) == after);
   folder_.write("bad", std::string(after).replace(100, 1, "#"));
-  EXPECT_NE(run(program + " --state " + (folder_.path() / "bad").string() + " < /dev/null").status, 0);
+  EXPECT_NE(
+      run(program + " --state " + (folder_.path() / "bad").string() + " < " + (folder_.path() / "rows.csv").string())
+          .status,
+      0);
+}
+
+TEST_F(ControlSource, TheExampleNamesWhatDoesNotFitAndGoesOn) {
+  const std::string program = compiled("gcc -O1");
+  const auto said = [&](const std::string& text) {
+    folder_.write("odd.csv", text);
+    return run(program + " < " + (folder_.path() / "odd.csv").string());
+  };
+  for (const std::string& text :
+       {std::string(), std::string("air.T_C\n20\n"), std::string("time_s,air.T_C,air.T_C\n")}) {
+    const Said refused = said(text);
+    EXPECT_EQ(WEXITSTATUS(refused.status), 3) << text;
+    EXPECT_NE(refused.text.find("stdin:1: "), std::string::npos) << refused.text;
+  }
+  const Said odd = said("time_s,air.T_C\n0,20\n60,20,7\n120,2O\n,20\n240,20\n");
+  EXPECT_EQ(odd.status, 0);
+  EXPECT_NE(odd.text.find("stdin:3: another number of cells"), std::string::npos) << odd.text;
+  EXPECT_NE(odd.text.find("stdin:4: 2O; allowed: a number"), std::string::npos) << odd.text;
+  std::istringstream lines(odd.text);
+  int rows_said = 0, missing = 0;
+  for (std::string line; std::getline(lines, line);) {
+    rows_said += line.starts_with("0,") || line.starts_with("120,") || line.starts_with("240,");
+    missing += line.ends_with(",input_missing") && (line.starts_with("0,") || line.starts_with("120,"));
+  }
+  EXPECT_EQ(rows_said, 5);  // the two rows that do not fit have the time of the row before
+  EXPECT_GE(missing, 2);
 }
 
 /// A write may end after any byte, or leave the version before; the program may be killed between rows.
@@ -221,7 +256,7 @@ TEST_F(ControlSource, TheStateIsWrittenWholeAndADamagedOneIsRefusedByName) {
                   "kill -9 $runs; kill $feeds",
                   pipe, part, program, state));
   ASSERT_TRUE(std::filesystem::exists(state)) << killed.text;
-  EXPECT_EQ(run(program + " --state " + state + " < /dev/null").status, 0) << "the killed program's";
+  EXPECT_EQ(run(program + " --state " + state + no_rows()).status, 0) << "the killed program's";
   run_on_rows(program, "--state " + state + "1");
   const std::string whole = core::read_file(state + "1");
   EXPECT_FALSE(std::filesystem::exists(state + "1.new"));
@@ -229,9 +264,9 @@ TEST_F(ControlSource, TheStateIsWrittenWholeAndADamagedOneIsRefusedByName) {
                                   whole.size() / 2, whole.size() - 1}) {
     core::write_file(state + "1.new", whole.substr(0, bytes));
     core::write_file(state + "1", whole);
-    EXPECT_EQ(run(program + " --state " + state + "1 < /dev/null").status, 0) << "beside a part of a new one";
+    EXPECT_EQ(run(program + " --state " + state + "1" + no_rows()).status, 0) << "beside a part of a new one";
     core::write_file(state + "2", whole.substr(0, bytes));
-    const Said said = run(program + " --state " + state + "2 < /dev/null");
+    const Said said = run(program + " --state " + state + "2" + no_rows());
     EXPECT_EQ(WEXITSTATUS(said.status), 3) << bytes;
     EXPECT_NE(said.text.find(bytes < 40 ? "no state" : "a damaged state"), std::string::npos) << said.text;
     EXPECT_EQ(core::read_file(state + "2").size(), bytes) << "left as it was";
@@ -241,7 +276,7 @@ TEST_F(ControlSource, TheStateIsWrittenWholeAndADamagedOneIsRefusedByName) {
   const ControlModel another(lumps(), options);
   const std::vector<unsigned char> other = test::Twin(another.model()).saved();
   core::write_file(state + "3", std::string(other.begin(), other.end()));
-  EXPECT_NE(run(program + " --state " + state + "3 < /dev/null").text.find("another model"), std::string::npos);
+  EXPECT_NE(run(program + " --state " + state + "3" + no_rows()).text.find("another model"), std::string::npos);
 }
 
 TEST(ControlLibrary, NeedsNothingButLibmAndLibc) {
