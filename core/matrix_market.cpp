@@ -18,7 +18,7 @@ namespace thermotwin::core {
 namespace {
 
 struct Banner {
-  bool coordinate = false, pattern = false, integer = false;
+  bool coordinate = false, pattern = false, integer = false, natural = false;
   enum class Symmetry { general, symmetric, skew } symmetry = Symmetry::general;
   bool triangle() const { return symmetry != Symmetry::general; }
 };
@@ -88,7 +88,7 @@ public:
     return value;
   }
 
-  double number(bool integer) {
+  double number(const Banner& banner) {
     const char* begin = at_;
     if (*begin == '+') ++begin;
     double value = 0;
@@ -97,8 +97,8 @@ public:
       value = unusual_number(begin, end, error);
     if (error != std::errc() || !ends_word(end)) fail("the entry " + word(), "a finite number");
     if (!std::isfinite(value)) fail("the entry " + word(), "a finite number");
-    if (integer && value != std::floor(value))
-      fail("the entry " + word(), "a whole number, as the banner says 'integer'");
+    if (banner.integer && value != std::floor(value)) fail("the entry " + word(), "a whole number, as the banner says");
+    if (banner.natural && value < 0.0) fail("the entry " + word(), "0 or more, as the banner says 'unsigned-integer'");
     at_ = end;
     return value;
   }
@@ -164,7 +164,8 @@ Banner read_banner(Scanner& scan) {
   Banner banner;
   banner.coordinate = one_of(2, {"coordinate", "array"}) == 0;
   const auto field = one_of(3, {"real", "integer", "pattern", "double", "unsigned-integer"});
-  banner.integer = field == 1 || field == 4;
+  banner.natural = field == 4;
+  banner.integer = field == 1 || banner.natural;
   banner.pattern = field == 2;
   banner.symmetry = static_cast<Banner::Symmetry>(one_of(4, {"general", "symmetric", "skew-symmetric"}));
   if (banner.pattern && !banner.coordinate)
@@ -238,7 +239,7 @@ void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long 
     double value = 1.0;
     if (!banner.pattern) {
       if (!scan.seek_in_line()) scan.fail("an entry without a value", "row, column and value in one line");
-      value = scan.number(banner.integer);
+      value = scan.number(banner);
     }
     if (scan.seek_in_line())
       scan.fail(scan.word() + " after the entry", banner.pattern ? "row and column" : "row, column and value");
@@ -262,7 +263,7 @@ void read_array(Scanner& scan, const Banner& banner, long long rows, long long c
         scan.fail(fmt::format("the end of the file before entry ({}, {})", i + 1, j + 1),
                   fmt::format("all entries of a matrix of {} x {}, column by column", rows, columns));
       }
-      const double value = scan.number(banner.integer);
+      const double value = scan.number(banner);
       if (value != 0.0) entries.add_with_mirror(i, j, value, banner.symmetry);
     }
   }
@@ -271,6 +272,7 @@ void read_array(Scanner& scan, const Banner& banner, long long rows, long long c
 }  // namespace
 
 SparseMatrix parse_matrix_market(std::string_view text, const std::string& source) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   Scanner scan(text, source);
   const Banner banner = read_banner(scan);
   const auto extent = [&](const char* what, long long high) {
@@ -318,7 +320,8 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
 SparseMatrix read_matrix_market(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    throw InputError(path.string(), "no such file", "a Matrix Market file");
+    throw InputError(path.string(), std::filesystem::is_directory(path, error) ? "a folder" : "no such file",
+                     "a Matrix Market file");
   return parse_matrix_market(read_file(path), path.string());
 }
 

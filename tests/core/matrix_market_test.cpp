@@ -42,6 +42,10 @@ TEST(MatrixMarket, NumbersAsProgramsWriteThem) {
       << "entries given twice are summed";
 }
 
+TEST(MatrixMarket, AByteOrderMarkBeforeTheBannerIsPassedOver) {
+  EXPECT_EQ(parse("\xEF\xBB\xBF" + coordinate("real general\n1 1 1\n1 1 2\n"))(0, 0), 2.0);
+}
+
 TEST(MatrixMarket, WhatIsWrittenIsReadAgainBitByBit) {
   Eigen::MatrixXd matrix(3, 2);
   matrix << 1.0 / 3, -1e-300, 0, 5e300, std::numeric_limits<double>::denorm_min(), 1;
@@ -74,6 +78,7 @@ TEST(MatrixMarket, ErrorsNameLineValueAndWhatIsAllowed) {
       {coordinate("real general\n2 2 1\n1 1 1.0x\n"), "m.mtx:3", "'1.0x'"},
       {coordinate("real general\n2 2 1\n1 1 1 0\n"), "m.mtx:3", "'0' after the entry"},
       {coordinate("integer general\n2 2 1\n1 1 1.5\n"), "m.mtx:3", "whole number"},
+      {coordinate("unsigned-integer general\n2 2 1\n1 1 -1\n"), "m.mtx:3", "0 or more"},
       {coordinate("real symmetric\n2 3 1\n1 1 1\n"), "m.mtx:2", "square"},
       {coordinate("real symmetric\n2 2 1\n1 2 1\n"), "m.mtx:3", "above the diagonal"},
       {coordinate("real skew-symmetric\n2 2 1\n1 1 1\n"), "m.mtx:3", "on the diagonal"},
