@@ -32,6 +32,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double nothing_trains = -1.0;  // as train_until_s
+constexpr std::ptrdiff_t least_training_rows = 3;
 
 void require_displacements(const Measurement& measurement) {
   if (std::none_of(measurement.channels.begin(), measurement.channels.end(),
@@ -190,6 +191,13 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   Evaluation result;
   const TrainingRows rows = training_rows(scorer, training_scorers);
   const std::vector<bool> training = scorer.training();
+  const auto trained = std::count(training.begin(), training.end(), true);
+  if (own.train_until_s > 0.0 && trained < least_training_rows) {
+    throw core::InputError(
+        "--train-until",
+        fmt::format("{:.4g} h, before which there are {} rows", own.train_until_s / core::units::hour, trained),
+        fmt::format("a time with {} rows or more before it", least_training_rows));
+  }
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
     scorer.note("all data are training data; the leaderboard shows the fit, not a prediction of held-out data");
   }
