@@ -163,8 +163,8 @@ std::vector<int> SensorChoice::greedy(int count, const std::vector<int>& taken) 
       more.push_back(place);
       return more;
     };
-    const auto [best, least] = best_place(
-        with, [&](const std::vector<int>& more, const Steps& steps) { return left(more, steps).all_um(); });
+    const auto [best, least] =
+        best_place(with, [&](const std::vector<int>& more, const Steps& steps) { return left(more, steps).all_um(); });
     if (!std::isfinite(least)) break;  // every place has a sensor
     sensors.push_back(best);
     progress.advance();
@@ -201,8 +201,8 @@ std::vector<int> SensorChoice::exchanged(std::vector<int> sensors, int fixed) co
         other[s] = place;
         return other;
       };
-      const auto [best, least] = best_place(
-          with, [&](const std::vector<int>& other, const Steps& steps) { return criterion(other, steps); });
+      const auto [best, least] =
+          best_place(with, [&](const std::vector<int>& other, const Steps& steps) { return criterion(other, steps); });
       if (least < (1.0 - 1e-6) * now) {
         sensors[s] = best;
         now = least;
