@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <fmt/format.h>
 
 #include <iterator>
 #include <optional>
@@ -39,6 +40,21 @@ struct ElasticModel::Impl : ElasticBodies {
   }
 };
 
+namespace {
+
+/// The rigid motions of a body are six: another piece would be free in its own.
+void require_whole(const mesh::Machine& machine, const std::vector<int>& elastic) {
+  for (const int body : elastic) {
+    const mesh::BodySpec& spec = machine.bodies[body];
+    if (spec.pieces == 1) continue;
+    throw core::MeshError(fmt::format("{} body '{}'", machine.path.filename().string(), spec.id),
+                          fmt::format("elastic, of {} unconnected pieces", spec.pieces),
+                          "elastic = false, or a body for each piece");
+  }
+}
+
+}  // namespace
+
 void ElasticOptions::validate() const { core::require_within("elastic options: tolerance", tolerance, {1e-16, 1.0}); }
 
 ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options)
@@ -49,6 +65,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
   if (mesh.machine.has_tcp()) impl.outputs.emplace(mesh, impl.units);
   impl.carried = carried_bodies(mesh);
+  require_whole(mesh.machine, impl.elastic);
   require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
   impl.factorise(mesh, options);
   impl.solve_units();

@@ -35,17 +35,28 @@ private:
   std::vector<Index> root_;
 };
 
+/// A film or joint whose coefficient is nought at all times. What a state switches may be on.
+bool never_exchanges(const mesh::Machine& machine, const Term& term) {
+  if (term.kind == TermKind::contact) return machine.joints[term.item].conductance.value == 0.0;
+  if (term.kind != TermKind::film) return false;
+  const mesh::FilmSpec& film = machine.films[term.item];
+  return film.kind != mesh::FilmKind::table && film.coefficient.value == 0.0 && film.emissivity.value == 0.0;
+}
+
 }  // namespace
 
 std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const ThermalSystem& thermal) {
   Groups groups(thermal.size);
   groups.join(thermal.conduction);
-  for (const SparseMatrix& term : thermal.terms) groups.join(term);
+  const std::vector<Term>& terms = thermal.layout.terms;
+  for (std::size_t t = 0; t < terms.size(); ++t)
+    if (!never_exchanges(mesh.machine, terms[t])) groups.join(thermal.terms[t]);
   // A term that an input drives ends at a temperature that the machine does not change.
   std::map<Index, bool> leads_away;
   for (Index i = 0; i < thermal.size; ++i) leads_away.emplace(groups.find(i), false);
   for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k) {
-    if (thermal.layout.inputs[k].term < 0) continue;
+    const int term = thermal.layout.inputs[k].term;
+    if (term < 0 || never_exchanges(mesh.machine, terms[term])) continue;
     for (SparseMatrix::InnerIterator it(thermal.inputs, k); it; ++it) leads_away[groups.find(it.row())] = true;
   }
   struct Part {

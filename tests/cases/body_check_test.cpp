@@ -63,6 +63,22 @@ film_coefficient_W_m2K = 20
   const Result whole = one.run({"simulate", one.path(), "--load", "hour"});
   ASSERT_EQ(whole.status, 0) << whole.err;
   EXPECT_EQ(whole.err.find("nothing takes heat"), std::string::npos) << whole.err;
+  // A film that takes nothing is none.
+  const OwnCase still(body_text("block", 60, "elastic = false") +
+                      std::string(film).replace(film.find("K = 20"), 6, "K = 0"));
+  still.blocks("block", {low});
+  const Result kept = still.run({"simulate", still.path(), "--load", "hour"});
+  ASSERT_EQ(kept.status, 0) << kept.err;
+  EXPECT_SAYS(kept.err, "nothing takes heat from a part of 'block'");
+}
+
+TEST(BodyCheck, AnElasticBodyIsOnePiece) {
+  const OwnCase own(body_text("block", 60, "pieces = 2"));
+  own.blocks("block", {low, high});
+  const Result result = own.run({"simulate", own.path(), "--load", "hour"});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_SAYS(result.err, "machine.toml body 'block': elastic, of 2 unconnected pieces");
+  EXPECT_SAYS(result.err, "a body for each piece");
 }
 
 TEST(BodyCheck, TwoBodiesInOnePlaceAreAnError) {

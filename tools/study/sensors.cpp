@@ -58,6 +58,40 @@ std::string toml_of(const std::vector<mesh::SensorSpec>& sensors) {
   return text;
 }
 
+json summary_of(const ChosenSensors& choice, Index order, double seconds) {
+  json summary = {{"places", choice.places.size()},
+                  {"second_mesh", choice.second_mesh},
+                  {"without_um", choice.without_um},
+                  {"without_mesh_um", choice.without_left.mesh_um},
+                  {"own",
+                   {{"sensors", choice.own.size()},
+                    {"left_um", choice.own_um},
+                    {"mesh_um", choice.own_left.mesh_um},
+                    {"after_loss_um", choice.own_after_loss_um}}},
+                  {"chosen",
+                   {{"sensors", choice.chosen.size()},
+                    {"left_um", choice.chosen_um},
+                    {"mesh_um", choice.chosen_left.mesh_um},
+                    {"after_loss_um", choice.chosen_after_loss_um}}},
+                  {"order", order},
+                  {"seconds", seconds},
+                  {"peak_GiB", peak_memory_GiB()}};
+  if (choice.confirmed) {
+    const ConfirmedSensors& on = *choice.confirmed;
+    summary["confirmed"] = {{"own_um", on.own},
+                            {"chosen_um", on.chosen},
+                            {"own_median_um", on.own_um()},
+                            {"chosen_median_um", on.chosen_um()},
+                            {"change_percent", on.change_percent()},
+                            {"better_on", on.better()},
+                            {"own_mesh", on.own_mesh},
+                            {"predicted_own_um", choice.predicted_um(choice.own_left)},
+                            {"predicted_chosen_um", choice.predicted_um(choice.chosen_left)},
+                            {"borne_out", choice.borne_out()}};
+  }
+  return summary;
+}
+
 }  // namespace
 
 void study_sensors(const StudySensorsOptions& given) {
@@ -89,42 +123,18 @@ void study_sensors(const StudySensorsOptions& given) {
     curve += fmt::format("{},{:.9g},{:.9g}\n", point.count, point.left_um, point.after_loss_um);
   core::write_file(folder / "curve.csv", curve);
   core::write_file(folder / "sensors.toml", toml_of(sensors));
+  const auto write = [&] {
+    const json summary = summary_of(choice, made.model.system.order(), time.seconds());
+    core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
+    write_page(folder / "report.html", [&] { return sensors_page(options, full.mesh, choice, sensors); });
+    return summary;
+  };
+  json summary = write();
   if (options.confirm > 0) {
     choice.confirmed = confirmed_sensors(options, machine_case, study::placed_case(machine_case, sensors), made.model,
                                          rows, full.mesh.nodes());
+    summary = write();
   }
-  json summary = {{"places", choice.places.size()},
-                  {"second_mesh", choice.second_mesh},
-                  {"without_um", choice.without_um},
-                  {"without_mesh_um", choice.without_left.mesh_um},
-                  {"own",
-                   {{"sensors", choice.own.size()},
-                    {"left_um", choice.own_um},
-                    {"mesh_um", choice.own_left.mesh_um},
-                    {"after_loss_um", choice.own_after_loss_um}}},
-                  {"chosen",
-                   {{"sensors", choice.chosen.size()},
-                    {"left_um", choice.chosen_um},
-                    {"mesh_um", choice.chosen_left.mesh_um},
-                    {"after_loss_um", choice.chosen_after_loss_um}}},
-                  {"order", made.model.system.order()},
-                  {"seconds", time.seconds()},
-                  {"peak_GiB", peak_memory_GiB()}};
-  if (choice.confirmed) {
-    const ConfirmedSensors& on = *choice.confirmed;
-    summary["confirmed"] = {{"own_um", on.own},
-                            {"chosen_um", on.chosen},
-                            {"own_median_um", on.own_um()},
-                            {"chosen_median_um", on.chosen_um()},
-                            {"change_percent", on.change_percent()},
-                            {"better_on", on.better()},
-                            {"own_mesh", on.own_mesh},
-                            {"predicted_own_um", choice.predicted_um(choice.own_left)},
-                            {"predicted_chosen_um", choice.predicted_um(choice.chosen_left)},
-                            {"borne_out", choice.borne_out()}};
-  }
-  core::write_file(folder / "sensors.json", summary.dump(1) + "\n");
-  write_page(folder / "report.html", [&] { return sensors_page(options, full.mesh, choice, sensors); });
   std::string text = core::format_table(sensor_table(sensors, choice));
   text += fmt::format(
       "\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
