@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/matrix_market.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
@@ -113,6 +114,24 @@ std::string table(const char* name, const std::vector<NamedValue>& all, bool wit
   return text;
 }
 
+/// What follows the temperature of its own place and is constant in the matrices; empty: nothing does.
+std::string laws_of_temperature(const mesh::Machine& machine) {
+  std::vector<std::string> all;
+  for (const mesh::FilmSpec& film : machine.films) {
+    if (film.emissivity.value > 0.0 && film.exact_radiation)
+      all.push_back(fmt::format("radiation = \"exact\" of film '{}', included in its value", film.id));
+    if (film.of_temperature) all.push_back(fmt::format("film '{}' (of_temperature)", film.id));
+  }
+  for (const mesh::JointSpec& joint : machine.joints)
+    if (!joint.law.by_temperature.at.empty()) all.push_back(fmt::format("joint '{}' (temperature_factor)", joint.id));
+  for (const mesh::BodySpec& body : machine.bodies) {
+    const mesh::Material& material = machine.material(body.material);
+    if (!material.conductivity_table.at.empty() || !material.specific_heat_table.at.empty())
+      all.push_back(fmt::format("body '{}' (tables of '{}')", body.id, material.id));
+  }
+  return core::join(all);
+}
+
 }  // namespace
 
 MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& machine, const mesh::Pose& pose) {
@@ -197,9 +216,9 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
         std::find(made.files.begin(), made.files.end(), name) == made.files.end())
       fs::remove(entry.path(), ignored);
   }
-  if (thermal.local) {
-    made.notes.emplace_back(
-        "radiation = \"exact\" is linearised at the reference temperature and included in the values of the films");
+  if (const std::string list = laws_of_temperature(machine); !list.empty()) {
+    made.notes.push_back(
+        fmt::format("linearised at the reference temperature of {:.4g} degC: {}", machine.reference_C, list));
   }
   if (OperatingModel(machine, thermal.layout).follows_temperature()) {
     made.notes.emplace_back(

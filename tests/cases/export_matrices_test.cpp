@@ -45,6 +45,7 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
   const core::Config names = core::Config::load(folder / "names.toml");
   const auto films = tables_of(names, "film"), inputs = tables_of(names, "input"), outputs = tables_of(names, "output");
   EXPECT_EQ(summary["films"].get<std::size_t>(), films.size());
+  EXPECT_SAYS(summary["notes"].dump(), "linearised at the reference temperature of 20 degC: radiation = ");
 
   // At the values as the machine stands, both reductions are of the same system.
   const std::string out = toy.file("reduced");
