@@ -620,6 +620,8 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
                                                                  ? "machines bear out the prediction"
                                                                  : "do not bear out the prediction");
   EXPECT_FALSE(summary["second_mesh"].get<std::string>().empty());
+  EXPECT_SAYS(read(toy.result("study/sensors/report.html")), "no sensors leave less");
+  EXPECT_GE(summary["chosen"]["mesh_um"].get<double>(), summary["without_mesh_um"].get<double>());
   EXPECT_GT(summary["own"]["mesh_um"].get<double>(), 0.0);
   const core::Table curve = core::read_csv(toy.result("study/sensors/curve.csv"));
   ASSERT_EQ(curve.rows(), summary["chosen"]["sensors"].get<int>());

@@ -103,9 +103,10 @@ std::vector<std::string> confirmation_sentences(const ChosenSensors& choice) {
 
 std::string mesh_error_sentence(const ChosenSensors& choice) {
   if (choice.second_mesh.empty()) return "Without a second mesh the mesh error is not part of this.";
-  return fmt::format("Of these, {:.2f} um, {:.2f} um and {:.2f} um come from the mesh error (against {}).",
-                     choice.chosen_left.mesh_um, choice.own_left.mesh_um, choice.without_left.mesh_um,
-                     choice.second_mesh);
+  return fmt::format(
+      "Of these, {0:.2f} um, {1:.2f} um and {2:.2f} um come from the mesh error (against {3}). The {2:.2f} "
+      "um are that of the TCP, which no temperature tells: no sensors leave less.",
+      choice.chosen_left.mesh_um, choice.own_left.mesh_um, choice.without_left.mesh_um, choice.second_mesh);
 }
 
 std::string sensors_page(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const ChosenSensors& choice,
