@@ -287,6 +287,21 @@ TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
   }
 }
 
+// Two rows fit no model: an empty table would say nothing of that.
+TEST(Evaluate, ATrainingTimeWithFewerThanThreeRowsIsRefused) {
+  const reduction::ReducedModel model = test::lumped_model();
+  const test::Truth truth =
+      test::run_truth(model.machine, model, 60.0, 5, 10 * 3600.0, {mesh::parse_pose(model.machine, "", "test")});
+  const Measurement measurement = measured(model, truth, {""});
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  const Eigen::VectorXd time = measurement.time();
+  options.train_until_s = time[2] - time[0];  // two rows before it
+  EXPECT_THROW(evaluate(measurement, nullptr, options), core::InputError);
+  options.train_until_s = time[3] - time[0];
+  EXPECT_NO_THROW(evaluate(measurement, nullptr, options));
+}
+
 TEST(Evaluate, AReducedModelIsJudgedOnAWithheldChannelOfTrainingFolders) {
   const reduction::ReducedModel model = test::lumped_model();
   const test::Truth truth =

@@ -63,7 +63,8 @@ TEST(CompensateStream, FirstRowsWithOtherCellsAreRepeatedUntilOneFits) {
   EXPECT_NE(out.find("input_missing row=unreadable"), std::string::npos);
   EXPECT_NE(out.find("\n2,"), std::string::npos);
   std::string commas = header;
-  for (int i = 0; i < 40; ++i) commas += fmt::format("{},0,20,5\n", i);
+  for (int i = 0; i < 10; ++i) commas += fmt::format("{},0,20,5\n", i);
+  commas += "10,0,20\n";  // too late
   for (const std::string& text : {commas, header + "0,20\n"}) {
     try {
       streamed(text);
