@@ -120,10 +120,7 @@ std::string laws_of_temperature(const mesh::Machine& machine) {
   for (const mesh::FilmSpec& film : machine.films) {
     if (film.emissivity.value > 0.0 && film.exact_radiation)
       all.push_back(fmt::format("radiation = \"exact\" of film '{}', included in its value", film.id));
-    if (film.of_temperature) all.push_back(fmt::format("film '{}' (of_temperature)", film.id));
   }
-  for (const mesh::JointSpec& joint : machine.joints)
-    if (!joint.law.by_temperature.at.empty()) all.push_back(fmt::format("joint '{}' (temperature_factor)", joint.id));
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
     if (!material.conductivity_table.at.empty() || !material.specific_heat_table.at.empty())
