@@ -61,24 +61,24 @@ static void say(const char* what, const char* allowed) {
 /* The number of columns; 0: there is no header, or a column comes twice. */
 static int read_header(void) {
   char *rest = line, *cell;
-  int count = 0, has_time = 0;
-  if (!read_line()) {
+  char has_time = 0;
+  int count = 0;
+  do {
+    if (read_line()) continue;
     say("no header", "a first line of column names");
     return 0;
-  }
+  } while (line[0] == '#'); /* "# machine NAME HASH", which compensate compares */
   if (strncmp(line, "\xEF\xBB\xBF", 3) == 0) rest += 3; /* byte order mark */
   while ((cell = next_cell(&rest)) != NULL && count < most_columns) {
     const int channel = channel_of(cell);
-    char* had = channel == is_time         ? (char*)NULL
-                : channel == not_read      ? (char*)NULL
-                : channel < first_sensor   ? &has_column[channel]
-                                           : &has_sensor[channel - first_sensor];
-    if ((channel == is_time && has_time) || (had && *had)) {
+    char ignored = 0, *had = &ignored; /* of a column that is not read */
+    if (channel == is_time) had = &has_time;
+    if (channel >= 0) had = channel < first_sensor ? &has_column[channel] : &has_sensor[channel - first_sensor];
+    if (*had) {
       say(cell, "each column once");
       return 0;
     }
-    has_time |= channel == is_time;
-    if (had) *had = 1;
+    *had = 1;
     column[count++] = channel;
   }
   if (has_time) return count;

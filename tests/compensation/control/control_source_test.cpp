@@ -227,10 +227,10 @@ TEST_F(ControlSource, TheExampleNamesWhatDoesNotFitAndGoesOn) {
     EXPECT_EQ(WEXITSTATUS(refused.status), 3) << text;
     EXPECT_NE(refused.text.find("stdin:1: "), std::string::npos) << refused.text;
   }
-  const Said odd = said("time_s,air.T_C\n0,20\n60,20,7\n120,2O\n,20\n240,20\n");
+  const Said odd = said("# machine of rows 0\ntime_s,air.T_C\n0,20\n60,20,7\n120,2O\n,20\n240,20\n");
   EXPECT_EQ(odd.status, 0);
-  EXPECT_NE(odd.text.find("stdin:3: another number of cells"), std::string::npos) << odd.text;
-  EXPECT_NE(odd.text.find("stdin:4: 2O; allowed: a number"), std::string::npos) << odd.text;
+  EXPECT_NE(odd.text.find("stdin:4: another number of cells"), std::string::npos) << odd.text;
+  EXPECT_NE(odd.text.find("stdin:5: 2O; allowed: a number"), std::string::npos) << odd.text;
   std::istringstream lines(odd.text);
   int rows_said = 0, missing = 0;
   for (std::string line; std::getline(lines, line);) {
