@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/units.h"
 
@@ -20,6 +21,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double least_plane_cosine = 0.866;  // 30 deg
+constexpr double in_plane = 0.1;              // of the tolerance: a face that lies in the plane
 
 /// One condition of a rule: how far each triangle is from fulfilling it (<= 0: it does).
 struct Condition {
@@ -117,6 +119,31 @@ Condition group_condition(const TetMesh& mesh, const Rule& rule) {
           [](double) { return std::string("the group has no boundary triangle"); }};
 }
 
+/// Of faces near a plane that look both ways, those of the nearer side, where that side lies in the plane and the other
+/// does not: a rule means one side of a sheet that is thinner than its tolerance.
+void keep_the_side_in_the_plane(const TetMesh& mesh, const Rule& rule, std::vector<int>& picked) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double farthest[2] = {-none, -none}, nearest[2] = {none, none};  // m, of either side
+  const auto side = [&](int face) { return rule.plane_normal->dot(mesh.face_normal(face)) > 0.0 ? 1 : 0; };
+  for (const int face : picked) {
+    for (int i = 0; i < 3; ++i) {
+      const double off = std::abs(rule.plane_normal->dot(mesh.points.col(mesh.faces(i, face)) - *rule.plane_point));
+      farthest[side(face)] = std::max(farthest[side(face)], off);
+      nearest[side(face)] = std::min(nearest[side(face)], off);
+    }
+  }
+  for (const int in : {0, 1}) {
+    if (std::isinf(farthest[in]) || farthest[in] > in_plane * rule.tolerance) continue;
+    if (std::isinf(nearest[1 - in]) || nearest[1 - in] <= in_plane * rule.tolerance) continue;
+    std::erase_if(picked, [&](int face) { return side(face) != in; });
+    core::warn(
+        fmt::format("{}: faces that look the other way lie {:.3g} mm behind the plane, within tolerance_mm = {:.3g}; "
+                    "they are left out as the other side of a sheet",
+                    rule.place, 1e3 * nearest[1 - in], 1e3 * rule.tolerance));
+    return;
+  }
+}
+
 std::string explain(const std::vector<Condition>& conditions, int faces) {
   std::vector<std::string> words;
   for (const Condition& condition : conditions) {
@@ -151,6 +178,7 @@ std::vector<int> select_faces(const TetMesh& mesh, const Rule& rule) {
     if (std::all_of(conditions.begin(), conditions.end(), [&](const Condition& c) { return c.miss(f) <= 0.0; }))
       picked.push_back(f);
   }
+  if (rule.plane_point && rule.plane_normal) keep_the_side_in_the_plane(mesh, rule, picked);
   if (picked.empty())
     throw core::InputError(rule.place, explain(conditions, faces), "a rule that picks one or more triangles");
   return picked;

@@ -120,7 +120,9 @@ const KeyTable rule{
     {
         key::text("group", Absent{}, "Name of a group of the file."),
         key::point("plane_point_mm", "mm", Absent{}, "A point of a plane that the triangle's corners lie in."),
-        key::point("plane_normal", "", Absent{}, "The plane's normal; its sign has no effect."),
+        key::point("plane_normal", "", Absent{},
+                   "The plane's normal; its sign has no effect. Of a sheet thinner than the tolerance the side in the "
+                   "plane counts."),
         key::point("cylinder_point_mm", "mm", Absent{}, "A point on the axis of a cylinder."),
         key::point("cylinder_axis", "", Absent{}, "Direction of the cylinder's axis."),
         key::number("cylinder_radius_mm", "mm", positive, Absent{}, "The cylinder's radius."),

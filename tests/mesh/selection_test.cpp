@@ -60,6 +60,25 @@ TEST(Selection, APlaneTakesNoFacesAtRightAnglesToIt) {
   EXPECT_NEAR(area(strip, rule), 0.002, 1e-12);
 }
 
+TEST(Selection, APlaneTakesOneSideOfASheet) {
+  mesh::TetMesh sheet = samples::box_mesh({0.2, 0.01, 0.0004}, 4);
+  mesh::build_boundary(sheet, "sheet");
+  mesh::Rule rule;
+  rule.plane_normal = Vector3d(0, 0, 1);
+  for (const double plane : {0.0, 0.0004}) {
+    rule.plane_point = Vector3d(0, 0, plane);
+    testing::internal::CaptureStderr();
+    EXPECT_NEAR(area(sheet, rule), 0.002, 1e-12) << plane;
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("0.4 mm behind the plane"), std::string::npos) << said;
+  }
+  // From the middle nothing tells the sides apart, and a face that is there is never lost.
+  rule.plane_point = Vector3d(0, 0, 0.0002);
+  EXPECT_NEAR(area(sheet, rule), 0.004, 1e-12);
+  rule.plane_point = Vector3d(0, 0, -0.0004);
+  EXPECT_NEAR(area(sheet, rule), 0.002, 1e-12);
+}
+
 TEST(Selection, AnEmptyRuleSaysHowNear) {
   const mesh::TetMesh m = block();
   mesh::Rule rule;
