@@ -16,8 +16,7 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double rigid_factor = 10.0;  // a constraint against the stiffest spring
-constexpr double takes_part = 0.3;     // of the motion of the body that moves most
+constexpr double takes_part = 0.3;  // of the motion of the body that moves most
 
 /// "x" for a direction along an axis, else its components.
 std::string direction_words(const Eigen::Vector3d& direction) {
@@ -38,12 +37,18 @@ std::string motion_words(const Vector6& motion, const BodyResponse& body) {
                      through[1] + 0.0, through[2] + 0.0);
 }
 
+/// How much a spring gives with its surroundings: a joint holds no body better than the bodies hold its pads.
+double compliance(const Spring& spring, const std::vector<BodyResponse>& responses) {
+  double sum = spring.flexibility;
+  for (const UnitTerm& a : spring.gap) {
+    for (const UnitTerm& b : spring.gap)
+      if (a.body == b.body) sum += a.weight * b.weight * responses[a.body].gram(a.unit, b.unit);
+  }
+  return sum;
+}
+
 Eigen::MatrixXd rigid_stiffness(const std::vector<int>& elastic, const std::vector<BodyResponse>& responses,
                                 const std::vector<Spring>& springs) {
-  double stiffest = 0.0;
-  for (const Spring& spring : springs)
-    if (spring.flexibility > 0.0) stiffest = std::max(stiffest, 1.0 / spring.flexibility);
-  const double constraint = stiffest > 0.0 ? rigid_factor * stiffest : 1.0;
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(6 * std::ssize(elastic), 6 * std::ssize(elastic));
   for (const Spring& spring : springs) {
     Eigen::VectorXd row = Eigen::VectorXd::Zero(stiffness.rows());
@@ -51,7 +56,8 @@ Eigen::MatrixXd rigid_stiffness(const std::vector<int>& elastic, const std::vect
       for (const UnitTerm& term : spring.gap)
         if (term.body == elastic[i]) row.segment<6>(6 * i) += term.weight * responses[term.body].rigid.col(term.unit);
     }
-    stiffness.noalias() += (spring.flexibility > 0.0 ? 1.0 / spring.flexibility : constraint) * row * row.transpose();
+    const double gives = compliance(spring, responses);
+    if (gives > 0.0) stiffness.noalias() += row * row.transpose() / gives;
   }
   return stiffness;
 }

@@ -209,6 +209,19 @@ TEST(ElasticModel, PadsOnOneLineAreRefusedOrWarnedOf) {
   EXPECT_EQ(testing::internal::GetCapturedStderr().find("hardly held"), std::string::npos);
 }
 
+// A body holds its pads no better than its material does, so joints as good as rigid make no other one look loose.
+TEST(ElasticModel, RigidJointsLeaveTheOthersAsTheyAre) {
+  mesh::MachineMesh mesh = box_machine_mesh();
+  for (std::size_t j = 1; j < mesh.machine.joints.size(); ++j) {
+    for (core::Uncertain* stiffness :
+         {&mesh.machine.joints[j].stiffness_normal, &mesh.machine.joints[j].stiffness_tangential})
+      if (stiffness->value > 0.0) stiffness->value = 1e17;
+  }
+  testing::internal::CaptureStderr();
+  const Model model(std::move(mesh));
+  EXPECT_EQ(testing::internal::GetCapturedStderr().find("hardly held"), std::string::npos);
+}
+
 TEST(ElasticModel, LinearAxisNeedsAScale) {
   mesh::MachineMesh mesh = box_machine_mesh();
   mesh.machine.scales.erase(mesh.machine.scales.begin());
