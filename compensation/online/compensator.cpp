@@ -48,7 +48,6 @@ void CompensatorOptions::validate() const {
     core::require_option(value >= 1e-3 && value <= 86400.0, std::string("compensator ") + name, value,
                          "0.001 s to 86400 s");
   }
-  core::require_within("compensator start_C", start_C, {-273.15, 2000.0});
   require_limit("compensator largest_um", largest_um, 1e-3, largest_offset_um);
   require_limit("compensator rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
 }
@@ -82,6 +81,7 @@ struct Compensator::Work {
         never_told(operating.channels().size(), 0),
         row(operating.channels().defaults()),
         given_at(VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity())) {
+    m.machine.require_plausible(options.start_C, "compensator start_C");
     clock.set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
   }
 

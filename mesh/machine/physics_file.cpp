@@ -49,7 +49,7 @@ void resolve_defaults(Draft& draft) {
     return std::find_if(ambients.begin(), ambients.end(), [&](const AmbientSpec& a) { return a.id == id; });
   };
   for (AmbientSpec& ambient : ambients) {
-    double offset = 0.0;
+    double offset = 0.0;  // of what it follows by itself
     auto at = find(ambient.id);
     std::size_t steps = 0;
     while (at != ambients.end() && !at->follows.empty()) {
@@ -64,6 +64,10 @@ void resolve_defaults(Draft& draft) {
     // An unknown id at the end of the chain is reported by check_references.
     if (std::isnan(ambient.default_C.value) && at != ambients.end())
       ambient.default_C = {at->default_C.value + offset, at->default_C.std_percent};
+    if (at != ambients.end() && at->follows.empty() && (offset != 0.0 || at->offset != 0.0)) {
+      draft.machine.require_plausible(at->default_C.value + at->offset + offset,
+                                      draft.place("ambient", ambient.id) + " default_C with offset_K");
+    }
   }
 }
 

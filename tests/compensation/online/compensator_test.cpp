@@ -228,6 +228,16 @@ TEST(Compensator, SensorsFindAFoundationThatNobodyMeasures) {
   EXPECT_LT(with, 0.25 * without);
 }
 
+TEST(Compensator, AStartInKelvinIsRefused) {
+  try {
+    const Compensator compensator(nominal(), {.start_C = 293.15});
+    FAIL() << "taken";
+  } catch (const core::InputError& refused) {
+    EXPECT_NE(std::string(refused.what()).find("start_C: 293.15 degC (20 degC if in kelvin)"), std::string::npos)
+        << refused.what();
+  }
+}
+
 TEST(Compensator, AMissingSensorIsLeftOutAndTheOthersStillHelp) {
   const std::vector<mesh::Pose> poses = some_poses();
   const test::Truth truth = other_machine(301, poses);
