@@ -131,6 +131,7 @@ struct ValidateOptions : CommonOptions {
   double size_factor = 0.7;
   std::string perturb = "all";  ///< or "thermal", "none"
   bool power_off = false, failed_sensors = false, restart = false;
+  double rate_um_s = 0;  ///< of the offsets after a restart; 0: by the model
   bool coolant_rise = false, no_noise = false;
   std::filesystem::path reference;  ///< truth instead of the full model
   int full_draws = 0;               ///< of the draws, so many on full models too

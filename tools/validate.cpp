@@ -71,6 +71,7 @@ json results(const compensation::RestartStudy& study) {
                              {"rms_before_um", row.before_um},
                              {"rms_through_um", row.through_um},
                              {"rms_restarted_um", row.restarted_um}});
+    found["offset_rate_um_s"] = row.rate_um_s;
   }
   for (const std::string& load : study.loads()) found["ratio"][load] = study.ratio(load);
   return found;
@@ -211,6 +212,7 @@ compensation::ValidationOptions validation_settings(const ValidateOptions& optio
   settings.loads = options.loads.empty() ? machine_case.holdout : options.loads;
   settings.draws = options.draws;
   settings.first_seed = options.first_seed;
+  settings.rate_um_s = options.rate_um_s;
   settings.machine.size_factor = options.size_factor;
   settings.machine.mesh_cache = options.out / "cache";
   settings.machine.coolant_rise = options.coolant_rise;

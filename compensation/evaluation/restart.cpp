@@ -109,12 +109,13 @@ private:
 };
 
 RestartRow judge(const Measurement& measurement, const reduction::ReducedModel& model,
-                 const solver::LoadProgram& program) {
+                 const solver::LoadProgram& program, double rate_um_s) {
   Judged judged(measurement, model);
   const double begin = off_at(program), end = begin + hour;
   const auto& time = judged.time();
   ControlOptions options;
   options.compensator.start_C = start_temperature(measurement, model.machine);
+  options.compensator.rate_um_s = rate_um_s;
   RestartRow row;
   row.load = program.name();
   row.off_at_h = begin / hour;
@@ -123,6 +124,7 @@ RestartRow judge(const Measurement& measurement, const reduction::ReducedModel& 
   for (const bool stops : {false, true}) {
     std::optional<OnlineTwin> twin(std::in_place, model, options);
     judged.begin(*twin);
+    row.rate_um_s = twin->limits().rate_um_s;
     double& sum = stops ? row.restarted_um : row.through_um;
     for (Index i = 0; i < time.size() && time[i] <= end + hour + 1e-6; ++i) {
       const bool is_off = time[i] > begin + 1e-6 && time[i] <= end + 1e-6;
@@ -254,7 +256,10 @@ Rows RestartStudy::summary() const {
   return table;
 }
 
-std::string RestartStudy::brief() const { return core::format_table(table()) + core::format_table(summary()); }
+std::string RestartStudy::brief() const {
+  return core::format_table(table()) + core::format_table(summary()) +
+         (rows.empty() ? "" : fmt::format("offsets move from 0 at {:.3g} um/s at most\n", rows.front().rate_um_s));
+}
 
 RestartStudy RestartStudy::first(int draws) const {
   RestartStudy part = *this;
@@ -266,7 +271,7 @@ RestartStudy study_restart(const solver::Case& machine_case, const reduction::Re
                            const ValidationOptions& options) {
   RestartStudy study;
   const auto take = [&](int draw, const MeasuredLoad& load, const Measurement& measurement) {
-    RestartRow row = judge(measurement, model, load.program);
+    RestartRow row = judge(measurement, model, load.program, options.rate_um_s);
     row.draw = draw;
     study.rows.push_back(std::move(row));
   };

@@ -19,6 +19,7 @@ struct RestartRow {
   double before_um = 0;     ///< without compensation
   double through_um = 0;    ///< of a compensator that never stopped
   double restarted_um = 0;  ///< of one that went on from its state
+  double rate_um_s = 0;     ///< of the guard while the axes stand
 };
 
 struct RestartStudy {

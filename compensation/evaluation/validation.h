@@ -29,6 +29,7 @@ struct ValidationOptions {
   std::filesystem::path keep;                          ///< where full runs are kept; empty: they are not
   const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
   int traced_draws = 0;                                ///< errors over time of so many draws are kept
+  double rate_um_s = 0;                                ///< of the guard in a study of restarts; 0: by the model
   void validate() const;                               ///< @throws InputError
 };
 

@@ -103,9 +103,12 @@ TEST(Validate, FullDrawsNeedATruthAndAreSomeOfTheDraws) {
 // The hour lies between the second and the third of four phases; offsets after it begin at 0.
 TEST(Validate, ARestartIsJudgedBesideARunThatNeverStopped) {
   const Toy toy;
-  const auto study = [&](const std::string& load) {
-    return toy.run({"validate", toy.path(), "--model", made("model.rom.h5"), "--truth", made("reference.rom.h5"),
-                    "--load", load, "--draws", "2", "--restart", "--json"});
+  const auto study = [&](const std::string& load, const std::string& rate = "") {
+    std::vector<std::string> words{
+        "validate", toy.path(), "--model", made("model.rom.h5"), "--truth", made("reference.rom.h5"), "--load",
+        load,       "--draws",  "2",       "--restart",          "--json"};
+    if (!rate.empty()) words.insert(words.end(), {"--offset-rate", rate});
+    return toy.run(words);
   };
   const Result result = study("mixed");
   ASSERT_EQ(result.status, 0) << result.err;
@@ -123,6 +126,10 @@ TEST(Validate, ARestartIsJudgedBesideARunThatNeverStopped) {
   }
   EXPECT_NEAR(found["ratio"]["mixed_off"], std::sqrt(restarted / through), 1e-6);
   EXPECT_LE(found["ratio"]["mixed_off"], 1.2);
+  const json slow = json::parse(study("mixed", "0.2").out), quick = json::parse(study("mixed", "20").out);
+  EXPECT_DOUBLE_EQ(slow["offset_rate_um_s"], 0.2);
+  EXPECT_GT(slow["ratio"]["mixed_off"], 1.2 * found["ratio"]["mixed_off"].get<double>());
+  EXPECT_LT(quick["ratio"]["mixed_off"], found["ratio"]["mixed_off"]);
   EXPECT_SAYS(read(toy.result("validation/report.html")), "Restart after an hour off");
   toy.write(
       "loads/one.toml",

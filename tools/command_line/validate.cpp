@@ -26,11 +26,17 @@ void add_validate_options(CLI::App& verb, ValidateOptions& validate) {
                 "Study failed sensors: loss of accuracy and time to detection for each sensor, stuck, 2 K off, noisy "
                 "and absent.")
       ->excludes("--power-off");
-  verb.add_flag("--restart", validate.restart,
-                "Study a restart: each load program with an hour off in its midst; the compensator goes on from its "
-                "state, beside one that never stopped.")
-      ->excludes("--power-off")
-      ->excludes("--failed-sensors");
+  auto* restart =
+      verb.add_flag(
+              "--restart", validate.restart,
+              "Study a restart: each load program with an hour off in its midst; the compensator goes on from its "
+              "state, beside one that never stopped.")
+          ->excludes("--power-off")
+          ->excludes("--failed-sensors");
+  verb.add_option("--offset-rate", validate.rate_um_s,
+                  "With --restart: limit of each offset's rate of change, um/s (default: as of compensate).")
+      ->check(positive_number())
+      ->needs(restart);
   verb.add_flag("--coolant", validate.coolant_rise,
                 "Records of full models also hold the temperature rise of each coolant segment, outflow less inflow.");
   verb.add_flag("--no-noise", validate.no_noise, "Sensors and probes without noise.");
