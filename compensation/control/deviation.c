@@ -64,10 +64,13 @@ static const double* row_of(const tt_model* m, int output) {
   return m->own_rows + (m->grid_table[output / of_own] * of_own + output % of_own) * n;
 }
 
-static void set_output(tt_deviation* d, const tt_model* m, const tt_errors* e, ptrdiff_t columns, int output) {
-  double* to = d->outputs + output * columns;
-  tt_zero(columns, to);
-  tt_gemv_t(m->order, columns, 1.0, e->sensitivities.directions, row_of(m, output), to);
+/* Outputs first to last: each direction is read once for all of them. */
+static void set_outputs(tt_deviation* d, const tt_model* m, const tt_errors* e, ptrdiff_t columns, int first,
+                        int last) {
+  for (ptrdiff_t k = 0; k < columns; ++k) {
+    const double* direction = e->sensitivities.directions + k * m->order;
+    for (int i = first; i < last; ++i) d->outputs[i * columns + k] = tt_dot(m->order, direction, row_of(m, i));
+  }
 }
 
 /* Place of a pose of the grid at an angle, among all of them. */
@@ -150,16 +153,20 @@ static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, co
   }
 }
 
-void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, const double* outputs, int slice) {
+int tt_deviation_work(tt_deviation* d, const tt_model* m, const tt_errors* e, const double* outputs, int slice,
+                      int slices) {
   const int columns = tt_columns(e->sensitivities.model), rows = rows_a_slice(m, columns),
             places = places_a_slice(m, columns), first_place = slices_for(outputs_of(m), rows);
   if (slice < first_place) {
-    for (int i = slice * rows; i < (slice + 1) * rows && i < outputs_of(m); ++i) set_output(d, m, e, columns, i);
-    return;
+    const int done = slices < first_place - slice ? slices : first_place - slice;
+    const int first = slice * rows, last = first + done * rows;
+    set_outputs(d, m, e, columns, first, last < outputs_of(m) ? last : outputs_of(m));
+    return done;
   }
   slice -= first_place;
   for (int i = slice * places; i < (slice + 1) * places && i < places_of(m); ++i)
     set_place(d, m, e, outputs, columns, i);
+  return 1;
 }
 
 void tt_deviation_finish(tt_deviation* d, const tt_model* m) {

@@ -32,8 +32,10 @@ void tt_deviation_lay(tt_deviation* d, const tt_model* m, const tt_sensor_model*
 void tt_deviation_prepare(tt_deviation* d, const tt_model* m);
 
 int tt_deviation_slices(const tt_model* m, const tt_sensor_model* sensors);
-/* outputs: of the present state at all stored poses (outputs.h), that shares of the sides count from */
-void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* errors, const double* outputs, int slice);
+/* At most so many slices from one on; returns how many it did. outputs: of the present state at all stored poses
+ * (outputs.h), that shares of the sides count from */
+int tt_deviation_work(tt_deviation* d, const tt_model* m, const tt_errors* errors, const double* outputs, int slice,
+                      int slices);
 void tt_deviation_finish(tt_deviation* d, const tt_model* m); /* next takes effect */
 /* (linear_axes) variance at a pose, m^2; never below the smallest of the grid */
 void tt_deviation_at(const tt_deviation* d, const tt_model* m, const double* pose, double* variance);

@@ -9,23 +9,31 @@
 
 enum { most_sweeps = 60 };    /* of one eigenvalue */
 enum { sorted_columns = 50 }; /* of a slice */
+enum { rotation_values = 4 }; /* of the sweep under way */
 enum { phase_measure, phase_scale, phase_reduce, phase_form, phase_turn, phase_sort, phase_done, phase_failed };
 /* Of progress. Within a column: the part of its reflection, or the next column to multiply. A sweep that is under way
- * has its next row and its end. */
-enum { at_phase, at_column, at_sweeps, at_part, at_end };
+ * has its next row and its end; rotations that wait have their count and the next row to turn. */
+enum { at_phase, at_column, at_sweeps, at_part, at_end, at_count, at_row };
+enum {
+  waiting_sweeps = 3,
+  panels = 3 * waiting_sweeps - 1
+}; /* with the slice of their rotations: n / 3 of them each */
 
 /* The parts of work. */
 static double* off_diagonal(const tt_eigen* job) { return job->work; }         /* (n) e[i] couples i and i + 1 */
 static double* factors(const tt_eigen* job) { return job->work + job->n; }     /* (n) of the reflections */
 static double* scratch(const tt_eigen* job) { return job->work + 2 * job->n; } /* (n) */
 static double* size(const tt_eigen* job) { return job->work + 3 * job->n; }    /* largest entry of A */
+static double* waiting(const tt_eigen* job) {
+  return size(job) + 1 + rotation_values;
+} /* column, cosine, sine of each */
+static int most_waiting(const tt_eigen* job) { return waiting_sweeps * job->n; }
 static double* column_of(const tt_eigen* job, ptrdiff_t j) { return job->a + j * job->n; }
 
 /* Of the sweep under way. */
 typedef struct rotation {
   double g, s, c, shift;
 } rotation;
-enum { rotation_values = 4 };
 
 static rotation kept_rotation(const tt_eigen* job) {
   const double* kept = size(job) + 1;
@@ -45,9 +53,9 @@ static void keep_rotation(const tt_eigen* job, rotation own) {
 static ptrdiff_t products(ptrdiff_t m) { return m * m; }
 static ptrdiff_t slice_products(int n) { return products(n); }
 
-int tt_eigen_work(int n) { return 3 * n + 1 + rotation_values; }
+int tt_eigen_work(int n) { return 3 * n + 1 + rotation_values + 3 * waiting_sweeps * n; }
 
-int tt_eigen_slices(int n) { return 11 * n / 2 + n / sorted_columns + 30; }
+int tt_eigen_slices(int n) { return 11 * n / 2 + n / sorted_columns + 30 + panels; }
 
 void tt_eigen_begin(const tt_eigen* job) {
   for (int i = 0; i < tt_eigen_progress; ++i) job->progress[i] = 0;
@@ -160,21 +168,27 @@ static void begin_sweep(const tt_eigen* job, int l, int m) {
 
 static void end_sweep(const tt_eigen* job) { job->progress[at_end] = 0; }
 
-/* At most so many rotations of the sweep. Returns their number. */
-static int sweep_on(const tt_eigen* job, int most) {
+static void wait(const tt_eigen* job, int column, double c, double s) {
+  double* own = waiting(job) + 3 * job->progress[at_count]++;
+  own[0] = column;
+  own[1] = c;
+  own[2] = s;
+}
+
+/* Rotations of the sweep, until no more can wait. */
+static void sweep_on(const tt_eigen* job) {
   double *d = job->values, *e = off_diagonal(job);
   const int l = job->progress[at_column], m = job->progress[at_end];
   int* i = &job->progress[at_part];
   rotation w = kept_rotation(job);
-  int rotations = 0;
-  for (; *i >= l && rotations < most; --*i, ++rotations) {
+  for (; *i >= l && job->progress[at_count] < most_waiting(job); --*i) {
     const double f = w.s * e[*i], b = w.c * e[*i], r = sqrt(f * f + w.g * w.g);
     e[*i + 1] = r;
     if (!(r > 0.0)) { /* the block falls apart here */
       d[*i + 1] -= w.shift;
       e[m] = 0.0;
       end_sweep(job);
-      return rotations;
+      return;
     }
     w.s = f / r;
     w.c = w.g / r;
@@ -183,21 +197,20 @@ static int sweep_on(const tt_eigen* job, int most) {
     w.shift = w.s * t;
     d[*i + 1] = w.g + w.shift;
     w.g = w.c * t - b;
-    rotate(job->n, w.c, w.s, column_of(job, *i), column_of(job, *i + 1));
+    wait(job, *i, w.c, w.s);
   }
   keep_rotation(job, w);
-  if (*i >= l) return rotations;
+  if (*i >= l) return;
   d[l] -= w.shift;
   e[l] = w.g;
   e[m] = 0.0;
   end_sweep(job);
-  return rotations;
 }
 
-/* A third of n rotations, of one sweep or of several. */
-static void turn(const tt_eigen* job) {
-  const int n = job->n, most = n / 3 + 1;
-  int *l = &job->progress[at_column], rotations = 0;
+/* Finds rotations until no more can wait, or all values are known. */
+static void find_rotations(const tt_eigen* job) {
+  const int n = job->n;
+  int* l = &job->progress[at_column];
   while (*l < n) {
     if (job->progress[at_end] == 0) {
       const int m = block_end(job, *l);
@@ -206,17 +219,37 @@ static void turn(const tt_eigen* job) {
         job->progress[at_sweeps] = 0;
         continue;
       }
-      if (rotations == most) return;
+      if (job->progress[at_count] == most_waiting(job)) return;
       if (job->progress[at_sweeps]++ == most_sweeps) {
         job->progress[at_phase] = phase_failed;
         return;
       }
       begin_sweep(job, *l, m);
     }
-    rotations += sweep_on(job, most - rotations);
+    sweep_on(job);
     if (job->progress[at_end] != 0) return;
   }
-  *l = 0;
+}
+
+/* The rotations that wait, or some rows of the vectors turned by them. */
+static void turn(const tt_eigen* job) {
+  const int n = job->n, count = job->progress[at_count];
+  int* row = &job->progress[at_row];
+  if (count == 0) {
+    find_rotations(job);
+    *row = 0;
+  } else {
+    const int all = (n / panels / 8 + 1) * 8, rows = all < n - *row ? all : n - *row; /* whole vectors of a processor */
+    for (int k = 0; k < count; ++k) {
+      const double* own = waiting(job) + 3 * k;
+      double* column = column_of(job, (ptrdiff_t)own[0]) + *row;
+      rotate(rows, own[1], own[2], column, column + n);
+    }
+    *row += rows;
+    if (*row == n) job->progress[at_count] = 0;
+  }
+  if (job->progress[at_count] > 0 || job->progress[at_column] < n || job->progress[at_phase] != phase_turn) return;
+  job->progress[at_column] = 0;
   job->progress[at_phase] = phase_sort;
 }
 

@@ -3,7 +3,8 @@
 #define THERMOTWIN_EIGEN_H
 /* Eigenvalues (rising) and orthonormal vectors of a symmetric matrix, A = Z D Z^T: Householder tridiagonalisation, then
  * implicit QL with Wilkinson's shift (Golub and Van Loan, Matrix Computations, 8.3). The work is cut into slices of
- * about n^2 multiplications. Values are accurate to some epsilon of the largest, whatever their size. */
+ * about n^2 multiplications. QL needs no vectors, so that a slice turns some rows of them by all rotations of some
+ * sweeps, and reads few. Values are accurate to some epsilon of the largest, whatever their size. */
 
 #include <stdint.h>
 
@@ -20,7 +21,7 @@ typedef struct tt_eigen {
   int32_t* progress; /* (tt_eigen_progress) */
 } tt_eigen;
 
-enum { tt_eigen_progress = 5 };
+enum { tt_eigen_progress = 7 };
 int tt_eigen_work(int n);
 /* Number of slices to plan for: three columns in two, and QL at two and a half sweeps an eigenvalue on average. */
 int tt_eigen_slices(int n);

@@ -128,13 +128,17 @@ void tt_errors_begin_advance(tt_errors* e, const tt_interval* interval) {
 
 static void fade(tt_errors* e, double duration) {
   const int all = tt_errors_count(model_of(e));
+  double* keep = e->gain;
   for (int k = 0; k < all; ++k) {
-    if (e->memory[k] <= 0.0) continue;
-    const double keep = tt_exp(-duration / e->memory[k]);
-    e->theta[k] = e->mean[k] + keep * (e->theta[k] - e->mean[k]);
-    for (int i = 0; i < all; ++i) *sigma_at(e, k, i) *= keep;
-    tt_scale(all, keep, sigma_at(e, 0, k));
-    *sigma_at(e, k, k) += (1.0 - keep * keep) * e->prior[k] * e->prior[k];
+    keep[k] = e->memory[k] > 0.0 ? tt_exp(-duration / e->memory[k]) : 1.0;
+    e->theta[k] = e->mean[k] + keep[k] * (e->theta[k] - e->mean[k]);
+  }
+  /* Column by column, as the covariance is stored; factors in the order of their quantities keep it symmetric. */
+  for (int c = 0; c < all; ++c) {
+    double* column = sigma_at(e, 0, c);
+    for (int r = 0; r < c; ++r) column[r] = column[r] * keep[r] * keep[c];
+    for (int r = c; r < all; ++r) column[r] = column[r] * keep[c] * keep[r];
+    column[c] += (1.0 - keep[c] * keep[c]) * e->prior[c] * e->prior[c];
   }
 }
 
@@ -200,15 +204,23 @@ double tt_errors_surprise(tt_errors* e, const tt_innovation* innovation) {
          sqrt(std * std + tt_max(0.0, tt_dot(all, e->row, e->gain)));
 }
 
+/* Some columns at a time, so that a row of theirs is next to each other in memory. */
+static void make_symmetric(ptrdiff_t n, double* a) {
+  for (ptrdiff_t first = 0; first < n; first += 8) {
+    const ptrdiff_t last = first + 8 < n ? first + 8 : n;
+    for (ptrdiff_t i = 0; i < last; ++i) {
+      for (ptrdiff_t j = i < first ? first : i + 1; j < last; ++j) {
+        double *upper = a + i + j * n, *lower = a + j + i * n;
+        *upper = *lower = 0.5 * (*upper + *lower);
+      }
+    }
+  }
+}
+
 void tt_errors_settle(tt_errors* e) {
   const tt_sensor_model* m = model_of(e);
   const int all = tt_errors_count(m), output = tt_errors_first_output(m);
-  for (int j = 0; j < all; ++j) {
-    for (int i = 0; i < j; ++i) {
-      double *upper = sigma_at(e, i, j), *lower = sigma_at(e, j, i);
-      *upper = *lower = 0.5 * (*upper + *lower);
-    }
-  }
+  make_symmetric(all, e->sigma);
   /* Beyond three standard deviations the first-order picture ends; a share of -1 would be no machine. */
   for (int k = 0; k < m->quantities + m->drives; ++k) {
     const double least = k < m->quantities ? -3.0 : e->least[k - m->quantities];

@@ -94,14 +94,28 @@ static void exchange(double* a, double* b) {
   *b = kept;
 }
 
+/* What columns first to last of the factor take from a column of the matrix, in place. */
+static void exchange_rows(const int32_t* pivots, ptrdiff_t first, ptrdiff_t last, double* column) {
+  for (ptrdiff_t k = first; k < last; ++k) exchange(column + k, column + pivots[k]);
+}
+static void eliminate(ptrdiff_t n, const double* a, ptrdiff_t k, double* column) {
+  tt_axpy(n - k - 1, -column[k], a + k * n + k + 1, column + k + 1);
+}
+static void substitute(ptrdiff_t n, const double* a, ptrdiff_t k, double* column) {
+  column[k] /= a[k + k * n];
+  tt_axpy(k, -column[k], a + k * n, column);
+}
+
 int tt_lu_columns(ptrdiff_t n, double* a, int32_t* pivots, int first, int last) {
+  for (ptrdiff_t j = first; j < last; ++j) exchange_rows(pivots, 0, first, a + j * n);
+  /* Each column of the factor before is read once for all of these. */
+  for (ptrdiff_t k = 0; k < first; ++k) {
+    for (ptrdiff_t j = first; j < last; ++j) eliminate(n, a, k, a + j * n);
+  }
   for (int j = first; j < last; ++j) {
     double* column = a + j * n;
-    for (ptrdiff_t k = 0; k < j; ++k) exchange(column + k, column + pivots[k]);
-    for (ptrdiff_t k = 0; k < j; ++k) {
-      const double* before = a + k * n;
-      tt_axpy(n - k - 1, -column[k], before + k + 1, column + k + 1);
-    }
+    exchange_rows(pivots, first, j, column);
+    for (ptrdiff_t k = first; k < j; ++k) eliminate(n, a, k, column);
     int pivot = j;
     for (int i = j + 1; i < n; ++i) {
       if (fabs(column[i]) > fabs(column[pivot])) pivot = i;
@@ -117,12 +131,18 @@ int tt_lu_columns(ptrdiff_t n, double* a, int32_t* pivots, int first, int last) 
   return 0;
 }
 
+void tt_lu_exchange(ptrdiff_t n, const int32_t* pivots, double* x) { exchange_rows(pivots, 0, n, x); }
+
+void tt_lu_eliminate(ptrdiff_t n, const double* factor, ptrdiff_t first, ptrdiff_t last, double* x) {
+  for (ptrdiff_t j = first; j < last; ++j) eliminate(n, factor, j, x);
+}
+
+void tt_lu_substitute(ptrdiff_t n, const double* factor, ptrdiff_t first, ptrdiff_t last, double* x) {
+  for (ptrdiff_t j = last - 1; j >= first; --j) substitute(n, factor, j, x);
+}
+
 void tt_lu_solve(ptrdiff_t n, const double* factor, const int32_t* pivots, double* x) {
-  for (ptrdiff_t j = 0; j < n; ++j) exchange(x + j, x + pivots[j]);
-  for (ptrdiff_t j = 0; j < n; ++j) tt_axpy(n - j - 1, -x[j], factor + j * n + j + 1, x + j + 1);
-  for (ptrdiff_t j = n - 1; j >= 0; --j) {
-    const double* column = factor + j * n;
-    x[j] /= column[j];
-    tt_axpy(j, -x[j], column, x);
-  }
+  tt_lu_exchange(n, pivots, x);
+  tt_lu_eliminate(n, factor, 0, n, x);
+  tt_lu_substitute(n, factor, 0, n, x);
 }

@@ -41,8 +41,12 @@ void tt_cholesky_solve(ptrdiff_t n, const double* factor, double* x);
 /* Columns [first, last) of an LU factorisation with row exchanges, in place (left-looking); pivots[j] is the row that
  * column j exchanged. Returns 0, or 1 + the column of a pivot that is zero. */
 int tt_lu_columns(ptrdiff_t n, double* a, int32_t* pivots, int first, int last);
-/* x <- A^-1 x */
+/* x <- A^-1 x. Its three parts, the last two by columns [first, last) of the factor: exchange, elimination by rising
+ * columns, substitution by falling ones. */
 void tt_lu_solve(ptrdiff_t n, const double* factor, const int32_t* pivots, double* x);
+void tt_lu_exchange(ptrdiff_t n, const int32_t* pivots, double* x);
+void tt_lu_eliminate(ptrdiff_t n, const double* factor, ptrdiff_t first, ptrdiff_t last, double* x);
+void tt_lu_substitute(ptrdiff_t n, const double* factor, ptrdiff_t first, ptrdiff_t last, double* x);
 
 #ifdef __cplusplus
 }

@@ -8,7 +8,7 @@
 #include "compensation/control/observer_start.h"
 #include "compensation/control/scalars.h"
 
-static const double most_surprise = 4.0; /* standard deviations */
+static const double most_surprise = 4.0;    /* standard deviations */
 static const double rate_error_share = 0.2; /* of how fast what the start left fades at a sensor */
 
 void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* arena) {
@@ -23,9 +23,8 @@ void tt_observer_lay(tt_observer* o, const tt_observer_model* model, tt_arena* a
   double** const of_measured[] = {&o->reading_C,   &o->reading_K,        &o->innovation_sum,
                                   &o->moment_sum,  &o->innovation_count, &o->value,
                                   &o->mean_moment, &o->deviation,        &o->first_value};
-  double** const of_sensors[] = {&o->guide_K, &o->seen_one,  &o->seen_start, &o->shift,
-                                 &o->bias,    &o->bias_rate, &o->unsure_rate,
-                                 &o->own_offset};
+  double** const of_sensors[] = {&o->guide_K, &o->seen_one,  &o->seen_start,  &o->shift,
+                                 &o->bias,    &o->bias_rate, &o->unsure_rate, &o->own_offset};
   double** const of_states[] = {&o->correction, &o->correction_rate, &o->corrected};
   for (size_t i = 0; i < sizeof of_measured / sizeof *of_measured; ++i) *of_measured[i] = tt_doubles(arena, measured);
   for (size_t i = 0; i < sizeof of_sensors / sizeof *of_sensors; ++i) *of_sensors[i] = tt_doubles(arena, sensors);
@@ -207,15 +206,16 @@ static void observe(tt_observer* o, int s) {
   o->flags[has_observed] = 1;
 }
 
-int tt_observer_correction_slice(tt_observer* o) {
+int tt_observer_correction_work(tt_observer* o, int* slices) {
   int32_t *stage = &o->flags[at_correction], *item = &o->flags[at_item];
+  if (*stage == correction_advance) {
+    const int state = tt_sensitivities_work(&o->errors.sensitivities, slices);
+    if (state == 2) *stage = correction_failed;
+    if (state == 1) *stage = correction_take;
+    return state == 2 ? 2 : 0;
+  }
+  *slices = 1;
   switch (*stage) {
-    case correction_advance: {
-      const int state = tt_sensitivities_slice(&o->errors.sensitivities);
-      if (state == 2) *stage = correction_failed;
-      if (state == 1) *stage = correction_take;
-      break;
-    }
     case correction_take:
       tt_errors_finish_advance(&o->errors);
       tt_errors_sensor_correction(&o->errors, o->shift);
@@ -234,6 +234,11 @@ int tt_observer_correction_slice(tt_observer* o) {
     default: break;
   }
   return *stage == correction_done ? 1 : *stage == correction_failed ? 2 : 0;
+}
+
+int tt_observer_correction_slice(tt_observer* o) {
+  int one = 1;
+  return tt_observer_correction_work(o, &one);
 }
 
 /* Something was learnt: readings and the state are corrected by it from this time on. */

@@ -96,7 +96,8 @@ void tt_observer_add_drive(tt_observer* o, int drive, double duration, const dou
 /* Whether a correction is due at this end of a step; never while one is in progress. */
 int tt_observer_due(const tt_observer* o, const tt_moment* now);
 void tt_observer_begin_correction(tt_observer* o, const tt_moment* now, const tt_interval* interval);
-int tt_observer_correction_slice(tt_observer* o); /* as tt_sensitivities_slice */
+int tt_observer_correction_slice(tt_observer* o); /* as tt_sensitivities_slice and tt_sensitivities_work */
+int tt_observer_correction_work(tt_observer* o, int* slices);
 int tt_observer_correction_slices(const tt_observer_model* model);
 void tt_observer_finish_correction(tt_observer* o, const tt_moment* now);
 

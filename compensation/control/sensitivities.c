@@ -139,9 +139,39 @@ static int items_of_a_slice(const tt_sensor_model* m) {
   return items < 1 ? 1 : items;
 }
 
+/* Items of the solution: the exchange of all rows, the elimination by each column of the factor, the substitution by
+ * each from the last on, and what the sensors see of each column. A slice takes items of one of these four kinds. */
+static int solve_items(const tt_sensor_model* m, int columns) { return 1 + 2 * m->order + columns; }
+
+static int kind_end(const tt_sensor_model* m, int columns, int item) {
+  const int n = m->order;
+  return item == 0 ? 1 : item <= n ? n + 1 : item <= 2 * n ? 2 * n + 1 : solve_items(m, columns);
+}
+
+static ptrdiff_t products_of(const tt_sensor_model* m, ptrdiff_t columns, ptrdiff_t item) {
+  const ptrdiff_t n = m->order;
+  if (item == 0) return columns * n;
+  if (item <= n) return columns * (n - item + 1);
+  if (item <= 2 * n) return columns * (2 * n - item + 1);
+  return m->sensors * n;
+}
+
+/* First item behind a slice. */
+static int slice_end(const tt_sensor_model* m, int columns, int item) {
+  const int last = kind_end(m, columns, item);
+  ptrdiff_t products = 0;
+  do products += products_of(m, columns, item++);
+  while (item < last && products < slice_products);
+  return item;
+}
+
 int tt_sensitivities_slices(const tt_sensor_model* m) {
   const int each = items_of_a_slice(m), terms = m->quantity_term_first[m->quantities];
-  return (m->order + each - 1) / each + (terms + 1 + each - 1) / each + (tt_columns(m) + each - 1) / each;
+  const ptrdiff_t n = m->order, columns = tt_columns(m);
+  /* Each slice of the solution but the last of its kind has at least its products. */
+  const ptrdiff_t solve =
+      1 + 2 * (1 + columns * n * (n + 1) / 2 / slice_products) + (1 + columns * m->sensors * n / slice_products);
+  return (m->order + each - 1) / each + (terms + 1 + each - 1) / each + (int)solve;
 }
 
 static void add_input(tt_sensitivities* s, ptrdiff_t input, double amount, double* column) {
@@ -211,32 +241,64 @@ static int add_rates(tt_sensitivities* s, int items) {
   return 0;
 }
 
-static int solve(tt_sensitivities* s, int items) {
+/* At most so many slices of one kind. All columns pass once, by the few columns of the factor that these slices need:
+ * together they are less to read than the factor. Returns whether it was the last; slices: then as many as it did. */
+static int solve(tt_sensitivities* s, int* slices) {
   const tt_sensor_model* m = s->model;
-  const ptrdiff_t n = m->order, columns = tt_columns(m);
-  int* column = &s->progress[at_item];
-  for (; items > 0 && *column < columns; --items, ++*column) {
-    tt_lu_solve(n, s->factor, s->pivots, s->next + *column * n);
-    see(m, s->next, *column, s->seen_next);
+  const int n = m->order, first = s->progress[at_foresight] ? tt_first_start(m) : 0, columns = tt_columns(m) - first;
+  const int begin = s->progress[at_item], last = kind_end(m, columns, begin);
+  int end = begin, done = 0;
+  while (end < last && done < *slices) {
+    end = slice_end(m, columns, end);
+    ++done;
   }
-  return *column == columns;
+  if (begin > 2 * n) {
+    for (int item = begin; item < end; ++item) see(m, s->next, first + item - 2 * n - 1, s->seen_next);
+  } else {
+    for (ptrdiff_t k = first; k < first + columns; ++k) {
+      double* x = s->next + k * n;
+      if (begin == 0)
+        tt_lu_exchange(n, s->pivots, x);
+      else if (begin <= n)
+        tt_lu_eliminate(n, s->factor, begin - 1, end - 1, x);
+      else
+        tt_lu_substitute(n, s->factor, 2 * n + 1 - end, 2 * n + 1 - begin, x);
+    }
+  }
+  *slices = done;
+  s->progress[at_item] = end;
+  return end == solve_items(m, columns);
+}
+
+int tt_sensitivities_work(tt_sensitivities* s, int* slices) {
+  const int each = items_of_a_slice(s->model), items = *slices * each, before = s->progress[at_item];
+  int *stage = &s->progress[at_stage], *item = &s->progress[at_item], done = 1;
+  if (*stage == stage_factor) {
+    const int ended = factorise(s, items), foresight = s->progress[at_foresight];
+    done = *item - before;
+    if (ended) {
+      if (!foresight) s->numbers[factor_duration] = s->numbers[job_duration];
+      *item = 0;
+      *stage = foresight ? stage_solve : stage_rates;
+    }
+  } else if (*stage == stage_rates) {
+    const int ended = add_rates(s, items);
+    done = *item - before + ended;
+    if (ended) {
+      *item = 0;
+      *stage = stage_solve;
+    }
+  } else if (*stage == stage_solve) {
+    if (solve(s, slices)) *stage = stage_done;
+    return *stage == stage_done;
+  }
+  *slices = done > each ? (done + each - 1) / each : 1;
+  return *stage == stage_done ? 1 : *stage == stage_failed ? 2 : 0;
 }
 
 int tt_sensitivities_slice(tt_sensitivities* s) {
-  const int items = items_of_a_slice(s->model);
-  int* stage = &s->progress[at_stage];
-  if (*stage == stage_factor && factorise(s, items)) {
-    const int foresight = s->progress[at_foresight];
-    if (!foresight) s->numbers[factor_duration] = s->numbers[job_duration];
-    s->progress[at_item] = foresight ? tt_first_start(s->model) : 0;
-    *stage = foresight ? stage_solve : stage_rates;
-  } else if (*stage == stage_rates && add_rates(s, items)) {
-    s->progress[at_item] = 0;
-    *stage = stage_solve;
-  } else if (*stage == stage_solve && solve(s, items)) {
-    *stage = stage_done;
-  }
-  return *stage == stage_done ? 1 : *stage == stage_failed ? 2 : 0;
+  int one = 1;
+  return tt_sensitivities_work(s, &one);
 }
 
 double tt_sensitivities_duration(const tt_sensitivities* s) { return s->numbers[job_duration]; }

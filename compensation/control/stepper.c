@@ -83,13 +83,21 @@ static void plan_factor(int n, tt_work* w) {
   }
 }
 
-static int terms_a_slice(int n) {
-  const int terms = slice_work / (2 * triangle_size(n)); /* from memory, where factors come from a cache */
-  return terms > 1 ? terms : 1;
+/* Entries of the triangles whose sum over all symmetric terms is a slice. */
+static int entries_a_slice(const tt_model* m) {
+  const int size = triangle_size(m->order), terms = symmetric_count(m);
+  const int entries = terms > 0 ? slice_work / (2 * terms) : size; /* from memory, where factors come from a cache */
+  return entries < 1 ? 1 : entries < size ? entries : size;
 }
 
-static int flows_a_slice(int n) {
-  const int columns = slice_work / (n * n);
+/* Columns of the matrix that are set from the triangle; and those to which all of the unsymmetric terms are added. */
+static int built_a_slice(int n) {
+  const int columns = slice_work / (4 * n);
+  return columns > 1 ? columns : 1;
+}
+
+static int flows_a_slice(const tt_model* m) {
+  const int columns = slice_work / (2 * m->order * right_columns(m) + 1);
   return columns > 1 ? columns : 1;
 }
 
@@ -101,75 +109,98 @@ static int rows_a_slice(int n) {
 static int parts(int count, int size) { return (count + size - 1) / size; }
 
 void tt_work_prepare(const tt_model* m, tt_work* w) {
-  const ptrdiff_t n = m->order, triangle = triangle_size(m->order);
+  const ptrdiff_t n = m->order, size = triangle_size(m->order), each = entries_a_slice(m), terms = symmetric_count(m);
   w->symmetric_terms = 0;
   for (int t = 0; t < m->terms; ++t) {
     if (m->term_right_first[t] >= 0) continue;
-    float* own = w->triangles + w->symmetric_terms * triangle;
-    tt_zero(triangle, w->triangle);
+    tt_zero(size, w->triangle);
     for (int c = m->term_first[t]; c < m->term_first[t + 1]; ++c)
       add_square(n, m->term_weight[c], m->term_left + c * n, w->triangle);
-    for (int i = 0; i < triangle; ++i) own[i] = (float)w->triangle[i];
+    for (ptrdiff_t first = 0; first < size; first += each) {
+      const ptrdiff_t count = each < size - first ? each : size - first;
+      float* own = w->triangles + terms * first + w->symmetric_terms * count;
+      for (ptrdiff_t i = 0; i < count; ++i) own[i] = (float)w->triangle[first + i];
+    }
     w->symmetric[w->symmetric_terms++] = t;
   }
   w->constant_symmetric = is_symmetric(n, m->conduction);
   plan_factor(m->order, w);
-  w->sum_slices = w->symmetric_terms > 0 ? parts(w->symmetric_terms, terms_a_slice(m->order)) : 1;
-  w->flow_slices = parts(right_columns(m), flows_a_slice(m->order));
+  w->sum_slices = parts(triangle_size(m->order), entries_a_slice(m));
+  w->build_slices = parts(m->order, built_a_slice(m->order));
+  w->flow_slices = right_columns(m) > 0 ? parts(m->order, flows_a_slice(m)) : 0;
   w->project_slices = parts(tt_output_count(m), rows_a_slice(m->order));
   w->factor_step = 0.0;
 }
 
-int tt_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices + w->lu_slices + 3 + w->project_slices; }
+static int slices_before_factor(const tt_work* w) { return w->sum_slices + w->build_slices + w->flow_slices; }
+
+int tt_slices(const tt_work* w) { return slices_before_factor(w) + w->lu_slices + 3 + w->project_slices; }
 
 static void add_term(ptrdiff_t size, double amount, const float* restrict term, double* restrict triangle) {
   for (ptrdiff_t i = 0; i < size; ++i) triangle[i] += amount * term[i];
 }
 
-static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice) {
-  const ptrdiff_t n = m->order, size = triangle_size(m->order);
-  const int each = terms_a_slice(m->order);
-  if (slice == 0) {
-    double* to = w->triangle;
-    for (int j = 0; j < n; ++j, to += n - j + 1) tt_copy(n - j, m->conduction + j * n + j, to);
-  }
-  for (int k = slice * each; k < (slice + 1) * each && k < w->symmetric_terms; ++k) {
-    const double amount = p[w->symmetric[k]];
-    if (amount != 0.0) add_term(size, amount, w->triangles + k * size, w->triangle);
+/* Entries first to last of the constant part's lower triangle. */
+static void copy_triangle(const tt_model* m, ptrdiff_t first, ptrdiff_t last, double* triangle) {
+  const ptrdiff_t n = m->order;
+  ptrdiff_t start = 0; /* of column j in the triangle */
+  for (ptrdiff_t j = 0; j < n; start += n - j++) {
+    const ptrdiff_t from = first > start ? first : start, to = last < start + n - j ? last : start + n - j;
+    if (from < to) tt_copy(to - from, m->conduction + j * n + j + (from - start), triangle + from);
   }
 }
 
-/* matrix = diagonal + scale times the sum of the terms so far */
-static void build_matrix(const tt_model* m, const tt_work* w, double diagonal, double scale, double* matrix) {
-  const ptrdiff_t n = m->order;
-  const double* from = w->triangle;
-  for (int j = 0; j < n; ++j) {
-    double* column = matrix + j * n;
-    for (int i = j; i < n; ++i) column[i] = scale * *from++;
-    column[j] += diagonal;
+static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice) {
+  const ptrdiff_t size = triangle_size(m->order), each = entries_a_slice(m), first = slice * each,
+                  count = each < size - first ? each : size - first;
+  const float* part = w->triangles + w->symmetric_terms * first;
+  copy_triangle(m, first, first + count, w->triangle);
+  for (int k = 0; k < w->symmetric_terms; ++k, part += count) {
+    const double amount = p[w->symmetric[k]];
+    if (amount != 0.0) add_term(count, amount, part, w->triangle + first);
   }
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < j; ++i) {
-      const double* k = m->conduction;
-      const double beside = w->constant_symmetric ? 0.0 : k[i + j * n] - k[j + i * n];
-      matrix[i + j * n] = matrix[j + i * n] + scale * beside;
+}
+
+/* matrix = diagonal + scale times the sum of the terms so far, some columns of it */
+static void build_matrix(const tt_model* m, const tt_work* w, double diagonal, double scale, int slice,
+                         double* matrix) {
+  const ptrdiff_t n = m->order, each = built_a_slice(m->order), first = slice * each,
+                  last = first + each < n ? first + each : n;
+  const double *k = m->conduction, *row = w->triangle; /* column i of the triangle is row i of the matrix */
+  for (ptrdiff_t i = 0; i < last; row += n - i++) {
+    for (ptrdiff_t j = first > i ? first : i; j < last; ++j) {
+      const double beside = w->constant_symmetric || i == j ? 0.0 : k[i + j * n] - k[j + i * n];
+      matrix[i + j * n] = scale * row[j - i] + scale * beside;
     }
+    if (i < first) continue;
+    for (ptrdiff_t j = i + 1; j < n; ++j) matrix[j + i * n] = scale * row[j - i];
+    matrix[i + i * n] += diagonal;
   }
 }
 
 static void add_flows(const tt_model* m, double scale, const double* p, int slice, double* matrix) {
-  const ptrdiff_t n = m->order;
-  const int each = flows_a_slice(m->order), first = slice * each, last = first + each;
-  int column = 0;
+  const ptrdiff_t n = m->order, each = flows_a_slice(m), first = slice * each,
+                  last = first + each < n ? first + each : n;
   for (int t = 0; t < m->terms; ++t) {
-    if (m->term_right_first[t] < 0) continue;
-    for (int c = 0; c < columns_of(m, t); ++c, ++column) {
-      if (column < first || column >= last || p[t] == 0.0) continue;
+    if (m->term_right_first[t] < 0 || p[t] == 0.0) continue;
+    for (int c = 0; c < columns_of(m, t); ++c) {
       const double *u = m->term_left + (m->term_first[t] + c) * n,
                    *v = m->term_right + (m->term_right_first[t] + c) * n;
-      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, matrix + j * n);
+      for (ptrdiff_t j = first; j < last; ++j) tt_axpy(n, scale * p[t] * v[j], u, matrix + j * n);
     }
   }
+}
+
+/* matrix = diagonal + scale (K0 + sum_j p_j K_j), by slices. */
+static void sum_slice(const tt_model* m, tt_work* w, double diagonal, double scale, const double* p, int slice,
+                      double* matrix) {
+  const int built = slice - w->sum_slices, flow = built - w->build_slices;
+  if (built < 0)
+    sum_terms(m, w, p, slice);
+  else if (flow < 0)
+    build_matrix(m, w, diagonal, scale, built, matrix);
+  else
+    add_flows(m, scale, p, flow, matrix);
 }
 
 static void first_stage(const tt_model* m, tt_work* w, double scale, const double* q, const double* state) {
@@ -201,7 +232,7 @@ static int same(int n, const double* a, const double* b) {
 
 /* The slices that make the factor. */
 static int factor_slice(const tt_model* m, tt_work* w, double step_s, const double* p, int slice) {
-  const int n = m->order, of_factor = w->sum_slices + 1 + w->flow_slices;
+  const int n = m->order, of_factor = slices_before_factor(w);
   const double scale = TT_GAMMA * step_s;
   if (slice == 0) {
     /* Nothing to do while coefficients stand; the slices stay counted, so that times do not depend on it. */
@@ -209,12 +240,8 @@ static int factor_slice(const tt_model* m, tt_work* w, double step_s, const doub
     w->factor_step = 0.0;
   }
   if (w->factor_step > 0.0) return 0;
-  if (slice < w->sum_slices) {
-    sum_terms(m, w, p, slice);
-  } else if (slice == w->sum_slices) {
-    build_matrix(m, w, 1.0, scale, w->matrix);
-  } else if (slice < of_factor) {
-    add_flows(m, scale, p, slice - w->sum_slices - 1, w->matrix);
+  if (slice < of_factor) {
+    sum_slice(m, w, 1.0, scale, p, slice, w->matrix);
   } else {
     const int k = slice - of_factor;
     if (tt_lu_columns(n, w->matrix, w->pivots, w->lu_first[k], w->lu_first[k + 1])) return 1;
@@ -236,7 +263,7 @@ static void correct(const tt_model* m, tt_work* w, const tt_step* step) {
 }
 
 int tt_slice(const tt_model* m, tt_work* w, const tt_step* step, int slice) {
-  const int n = m->order, of_stages = w->sum_slices + 1 + w->flow_slices + w->lu_slices;
+  const int n = m->order, of_stages = slices_before_factor(w) + w->lu_slices;
   const double scale = TT_GAMMA * step->step_s;
   if (slice < of_stages) return factor_slice(m, w, step->step_s, step->p, slice);
   switch (slice - of_stages) {
@@ -251,15 +278,10 @@ int tt_slice(const tt_model* m, tt_work* w, const tt_step* step, int slice) {
   }
 }
 
-int tt_operator_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices; }
+int tt_operator_slices(const tt_work* w) { return slices_before_factor(w); }
 
 void tt_operator_slice(const tt_model* m, tt_work* w, const double* p, int slice) {
-  if (slice < w->sum_slices)
-    sum_terms(m, w, p, slice);
-  else if (slice == w->sum_slices)
-    build_matrix(m, w, 0.0, 1.0, w->operator_matrix);
-  else
-    add_flows(m, 1.0, p, slice - w->sum_slices - 1, w->operator_matrix);
+  sum_slice(m, w, 0.0, 1.0, p, slice, w->operator_matrix);
 }
 
 int tt_project_slices(const tt_work* w) { return w->project_slices; }

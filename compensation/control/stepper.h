@@ -2,7 +2,7 @@
 #ifndef THERMOTWIN_STEPPER_H
 #define THERMOTWIN_STEPPER_H
 /* A step of the state (SDIRK2 as in solver/thermal/integrator.h), cut into slices of about the same work:
- *   M = 1 + gamma h (K0 + sum_j p_j K_j)   summed by terms
+ *   M = 1 + gamma h (K0 + sum_j p_j K_j)   some entries a slice
  *   M = L U                                 some columns a slice
  *   M x1 = x + gamma h q,   M x2 = x + (1 - gamma) / gamma (x1 - x) + gamma h q
  *   sensors and outputs at all stored poses of x2 and x2 - x
@@ -10,7 +10,8 @@
  *
  * Terms are stored in low rank; at the start the triangles of the symmetric ones are expanded, because a sum of them is
  * bound by memory. They are floats, with an error of 6e-8 as small as that of the low rank, since half the memory is
- * half the time of a sum: 18 MB at order 240 with 152 terms. */
+ * half the time of a sum: 18 MB at order 240 with 152 terms. Between two rows of a control the caches are lost, so a
+ * slice reads as little as it can: the same part of the triangles of all terms, which lie one after the other. */
 
 #include "compensation/control/arena.h"
 #include "compensation/control/model.h"
@@ -20,7 +21,7 @@ extern "C" {
 #endif
 
 typedef struct tt_work {
-  float* triangles; /* lower triangles column by column of all symmetric terms */
+  float* triangles; /* lower triangles of all symmetric terms, a part of all of them after the other */
   double* triangle; /* their sum */
   double *matrix, *factor_p, *stage, *right, *heat;
   double *next_sensors, *next_base, *next_slope, *difference;
@@ -29,8 +30,8 @@ typedef struct tt_work {
   double* scratch;                      /* weights of poses */
   int32_t *symmetric, *pivots, *lu_first;
   int symmetric_terms, constant_symmetric;
-  int sum_slices, flow_slices, lu_slices, project_slices; /* beside 1 that builds M, 2 stages, 1 for sensors */
-  double factor_step;                                     /* the factor belongs to factor_p and this; 0: none */
+  int sum_slices, build_slices, flow_slices, lu_slices, project_slices; /* beside 2 stages and 1 for sensors */
+  double factor_step; /* the factor belongs to factor_p and this; 0: none */
 } tt_work;
 
 typedef struct tt_step {

@@ -25,6 +25,8 @@ enum {
   phase_deviation
 };
 
+enum { slices_at_once = 64 }; /* where a job is done at once */
+
 static void coefficients_of_day(const void* with, const double* row, double* p, double* q) {
   const tt_twin* t = with;
   tt_coefficients(t->model, row, t->guide, NULL, p, q, t->occupancy);
@@ -238,10 +240,12 @@ static int slices_of(const tt_twin* t, int phase) {
   }
 }
 
-/* One slice of the present phase, from the values that its first one found. */
-static int slice_of(tt_twin* t) {
+/* At most so many slices of the present phase, from the values that its first one found. slices: then as many as were
+ * done. Returns whether a phase without a fixed number of them has ended. */
+static int work_of(tt_twin* t, int* slices) {
   const ptrdiff_t order = t->model->order;
-  const int item = t->now->slices_done;
+  const int item = t->now->slices_done, most = *slices;
+  *slices = 1;
   switch (t->now->phase) {
     case phase_heats:
       tt_zero(t->model->coolants, t->guide);
@@ -250,13 +254,16 @@ static int slice_of(tt_twin* t) {
     case phase_operator:
     case phase_operator_ahead:
     case phase_operator_correction: tt_operator_slice(t->model, &t->work, t->job_p, item); return 0;
-    case phase_modes: return tt_past_slice(&t->observer.past);
+    case phase_modes: *slices = most; return tt_past_work(&t->observer.past, slices);
     case phase_first: return tt_observer_start_slice(&t->observer);
     case phase_take: return tt_observer_take_slice(&t->observer);
-    case phase_ahead: return tt_sensitivities_slice(&t->observer.errors.sensitivities);
-    case phase_correction: tt_observer_correction_slice(&t->observer); return 0;
+    case phase_ahead: *slices = most; return tt_sensitivities_work(&t->observer.errors.sensitivities, slices);
+    case phase_correction:
+      *slices = most;
+      tt_observer_correction_work(&t->observer, slices);
+      return 0;
     case phase_deviation:
-      tt_deviation_slice(&t->deviation, t->model, &t->observer.errors, t->work.next_base, item);
+      *slices = tt_deviation_work(&t->deviation, t->model, &t->observer.errors, t->work.next_base, item, most);
       return 0;
     case phase_outputs:
       tt_project_slice(t->model, &t->work, t->observer.corrected, t->observer.correction_rate, item);
@@ -319,10 +326,14 @@ static void end_phase(tt_twin* t) {
   }
 }
 
-static void phase_slice(tt_twin* t) {
-  const int fixed = slices_of(t, t->now->phase), ended = slice_of(t);
-  ++t->now->slices_done;
+/* Returns how many of the slices it did. */
+static int phase_work(tt_twin* t, int slices) {
+  const int fixed = slices_of(t, t->now->phase), left = fixed > 0 ? fixed - t->now->slices_done : slices;
+  int done = slices < left ? slices : left;
+  const int ended = work_of(t, &done);
+  t->now->slices_done += done;
   if (fixed > 0 ? t->now->slices_done >= fixed : ended) end_phase(t);
+  return done;
 }
 
 int tt_job_slices(const tt_twin* t) {
@@ -331,24 +342,35 @@ int tt_job_slices(const tt_twin* t) {
     case TT_JOB_STEP: return tt_slices(&t->work);
     case TT_JOB_CORRECTION: return slices_of(t, phase_operator) + slices_of(t, phase_correction) + ends;
     case TT_JOB_START:
-      return slices_of(t, phase_heats) + 4 * slices_of(t, phase_operator) +
-             tt_past_slices(&t->observer.past_model) + t->data.sensors.measured + 1 +
-             tt_sensitivities_slices(&t->data.sensors) + ends;
+      return slices_of(t, phase_heats) + 4 * slices_of(t, phase_operator) + tt_past_slices(&t->observer.past_model) +
+             t->data.sensors.measured + 1 + tt_sensitivities_slices(&t->data.sensors) + ends;
     default: return 0;
   }
 }
 
 void tt_work_on(tt_twin* t, int slices) {
-  for (; slices > 0 && t->now->job != TT_JOB_NONE; --slices) {
-    if (t->now->job == TT_JOB_STEP)
+  while (slices > 0 && t->now->job != TT_JOB_NONE) {
+    if (t->now->job == TT_JOB_STEP) {
       step_slice(t);
-    else
-      phase_slice(t);
+      --slices;
+    } else {
+      slices -= phase_work(t, slices);
+    }
   }
 }
 
 void tt_finish_job(tt_twin* t) {
-  while (t->now->job != TT_JOB_NONE) tt_work_on(t, 1);
+  while (t->now->job != TT_JOB_NONE) tt_work_on(t, slices_at_once);
+}
+
+/* The first slices of the present phase. */
+static void redo(tt_twin* t, int slices) {
+  t->now->slices_done = 0;
+  while (t->now->slices_done < slices) {
+    int done = slices - t->now->slices_done;
+    work_of(t, &done);
+    t->now->slices_done += done;
+  }
 }
 
 void tt_redo_job(tt_twin* t) {
@@ -362,15 +384,15 @@ void tt_redo_job(tt_twin* t) {
     return;
   }
   /* Other phases have all that they need in the state. */
-  if (now->phase == phase_modes || now->phase == phase_first || now->phase == phase_take ||
-      now->phase == phase_ahead || now->phase == phase_correction || now->phase == phase_heats)
+  if (now->phase == phase_modes || now->phase == phase_first || now->phase == phase_take || now->phase == phase_ahead ||
+      now->phase == phase_correction || now->phase == phase_heats)
     return;
   if (now->phase == phase_deviation) {
     /* It reads the outputs of the phase before. */
     const int outputs = slices_of(t, phase_outputs);
     now->phase = phase_outputs;
-    for (now->slices_done = 0; now->slices_done < outputs; ++now->slices_done) slice_of(t);
+    redo(t, outputs);
     now->phase = phase_deviation;
   }
-  for (now->slices_done = 0; now->slices_done < done; ++now->slices_done) slice_of(t);
+  redo(t, done);
 }

@@ -20,7 +20,7 @@ enum { slice_products = 15000 }; /* multiplications of a slice of offers, about;
 enum { job_none, job_modes, job_left, job_offers, job_gram, job_patterns, job_done, job_failed };
 enum { at_job, at_item, at_kind, at_count, at_predicts, at_start, at_shapes, progress_count };
 enum { offers = tt_past_idles * tt_past_sizes };
-enum { leave_parts = 3 + tt_past_idles }; /* of leave() */
+enum { first_idle = 3, leave_parts = first_idle + tt_past_idles }; /* of leave() */
 enum { gram_rows = 8, gram_columns = 30 }; /* of a slice: 2 n^2 multiplications where n is 240 */
 
 static int order_of(const tt_past* w) { return w->model->sensors->order; }
@@ -40,7 +40,8 @@ void tt_past_lay(tt_past* w, const tt_past_model* model, tt_arena* arena) {
   w->modes = tt_doubles(arena, n * n);
   w->decay = tt_doubles(arena, n);
   w->eigen_work = tt_doubles(arena, tt_eigen_work(model->sensors->order));
-  w->warm = tt_doubles(arena, 3 * n + columns);
+  w->warm = tt_doubles(arena, 3 * n);
+  w->modal = tt_doubles(arena, n * tt_past_idles);
   w->eigen_progress = tt_ints(arena, tt_eigen_progress);
   w->sizes = tt_doubles(arena, heats * tt_past_idles);
   w->patterns = tt_doubles(arena, n * tt_most_patterns);
@@ -82,22 +83,33 @@ void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix) {
   begin(w, job_modes);
 }
 
-/* What a heat has left some time after the work, from its amounts in modes of the cooling machine. */
-static void leave_after(tt_past* w, ptrdiff_t column, int idle) {
+/* What a heat has left some times after the work, from its amounts in modes of the cooling machine. These are read
+ * once for all of the times, some modes after the other. */
+static void leave_after(tt_past* w, ptrdiff_t column, int first, int last) {
   const tt_sensor_model* m = w->model->sensors;
-  const ptrdiff_t n = m->order, wide = wide_of(w), at = idle * wide + column;
-  double *modal = w->warm, *warm = modal + 2 * n;
-  double *left = w->left + at * n, *seen = w->seen + at * m->measured;
-  for (int k = 0; k < n; ++k)
-    modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
-  tt_zero(n, left);
-  tt_gemv(n, n, 1.0, w->cooling, modal, left);
-  tt_zero(m->measured, seen);
-  tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, left, seen);
+  const ptrdiff_t n = m->order, wide = wide_of(w), modes = 4;
+  const double* warm = w->warm + 2 * n;
+  for (int idle = first; idle < last; ++idle) {
+    double* modal = w->modal + idle * n;
+    for (int k = 0; k < n; ++k)
+      modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
+    tt_zero(n, w->left + (idle * wide + column) * n);
+  }
+  for (ptrdiff_t j = 0; j < n; j += modes) {
+    for (int idle = first; idle < last; ++idle)
+      tt_gemv(n, n - j < modes ? n - j : modes, 1.0, w->cooling + j * n, w->modal + idle * n + j,
+              w->left + (idle * wide + column) * n);
+  }
+  for (int idle = first; idle < last; ++idle) {
+    const ptrdiff_t at = idle * wide + column;
+    tt_zero(m->measured, w->seen + at * m->measured);
+    tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, w->left + at * n, w->seen + at * m->measured);
+  }
 }
 
-/* What one heat leaves after some hours of work, at all times since; in parts of one product with a matrix each. */
-static void leave(tt_past* w, int heat, int on, int part) {
+/* What one heat leaves after some hours of work, at all times since; in parts of one product with a matrix each. At most
+ * so many parts from one on; returns how many it did. */
+static int leave(tt_past* w, int heat, int on, int part, int slices) {
   const ptrdiff_t n = order_of(w);
   const int swept = w->progress[at_kind] == TT_MODES_SWEPT;
   const int column = heat * tt_past_kinds + swept * tt_past_hours + on;
@@ -117,8 +129,11 @@ static void leave(tt_past* w, int heat, int on, int part) {
     tt_zero(n, warm);
     tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
   } else {
-    leave_after(w, column, part - 3);
+    const int idle = part - first_idle, done = slices < tt_past_idles - idle ? slices : tt_past_idles - idle;
+    leave_after(w, column, idle, idle + done);
+    return done;
   }
+  return 1;
 }
 
 /* Standard deviations of readings and of the uniform temperature. */
@@ -278,15 +293,18 @@ static void slice_of_offers(tt_past* w) {
   if (*item == tt_past_idles * heats) w->progress[at_job] = job_done;
 }
 
-int tt_past_slice(tt_past* w) {
+int tt_past_work(tt_past* w, int* slices) {
   int *job = &w->progress[at_job], *item = &w->progress[at_item];
-  const int each = leave_parts * tt_past_hours;
+  const int each = leave_parts * tt_past_hours, most = *slices;
+  *slices = 1;
   switch (*job) {
     case job_modes:
     case job_patterns: slice_of_modes(w); break;
     case job_left:
-      if (*item < leave_slices(w->model)) leave(w, *item / each, *item % each / leave_parts, *item % leave_parts);
-      if (++*item >= leave_slices(w->model)) *job = job_done;
+      if (*item < leave_slices(w->model))
+        *slices = leave(w, *item / each, *item % each / leave_parts, *item % leave_parts, most);
+      *item += *slices;
+      if (*item >= leave_slices(w->model)) *job = job_done;
       break;
     case job_offers: slice_of_offers(w); break;
     case job_gram:
@@ -300,6 +318,11 @@ int tt_past_slice(tt_past* w) {
     default: break;
   }
   return *job == job_done ? 1 : *job == job_failed ? 2 : 0;
+}
+
+int tt_past_slice(tt_past* w) {
+  int one = 1;
+  return tt_past_work(w, &one);
 }
 
 double tt_past_weigh(tt_past* w) {

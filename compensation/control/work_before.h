@@ -35,11 +35,11 @@ typedef struct tt_first_readings {
 
 typedef struct tt_past {
   const tt_past_model* model;
-  double* heats;                   /* (order x heats) W on the basis */
-  double *left, *seen;             /* (order, measured x kinds, heats, idles) what is left, and how sensors see it */
-  double *cooling, *cooling_decay; /* (order x order), (order) modes of the machine switched off, 1/s */
-  double *modes, *decay;           /* of the machine at work; of the patterns */
-  double *eigen_work, *warm;       /* scratch */
+  double* heats;                     /* (order x heats) W on the basis */
+  double *left, *seen;               /* (order, measured x kinds, heats, idles) what is left, and how sensors see it */
+  double *cooling, *cooling_decay;   /* (order x order), (order) modes of the machine switched off, 1/s */
+  double *modes, *decay;             /* of the machine at work; of the patterns */
+  double *eigen_work, *warm, *modal; /* scratch */
   int32_t* eigen_progress;
   double *sizes, *patterns; /* (heats x idles) root mean squares; (order x tt_most_patterns) */
   int32_t* chosen;          /* (measured) sensors of the readings */
@@ -61,6 +61,8 @@ void tt_past_begin_patterns(tt_past* w);
 int tt_past_slices(const tt_past_model* model);
 /* Returns 0: more to do, 1: done, 2: eigenvalues did not converge. */
 int tt_past_slice(tt_past* w);
+/* At most so many slices at once, to the same bits: modes are read once for them. slices: then as many as it did. */
+int tt_past_work(tt_past* w, int* slices);
 
 /* Sizes by the offers. Returns the log probability density of the readings. */
 double tt_past_weigh(tt_past* w);

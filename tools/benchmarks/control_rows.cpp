@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <ctime>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -25,8 +26,9 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double period_s = 0.1;
-constexpr double start_over_s = 300.0;  ///< machine time that the work of the start is spread over
-constexpr double short_step_s = 10.0;   ///< of the thermal state
+constexpr double start_over_s = 300.0;    ///< machine time that the work of the start is spread over
+constexpr double short_step_s = 10.0;     ///< of the thermal state
+constexpr std::size_t slowest_rows = 40;  ///< that are listed
 
 double now(clockid_t clock) {
   timespec time{};
@@ -177,6 +179,22 @@ void measure_core(const std::string& name, const tt_model& model, Rows& inputs, 
   print_times(name, std::move(first));
 }
 
+/// Takes the caches, as other programs do between two rows of a control.
+class Evictor {
+public:
+  void run() {
+    for (std::size_t i = 0; i < numbers_.size(); i += 8) numbers_[i] += 1;
+  }
+
+private:
+  std::vector<std::uint64_t> numbers_ = std::vector<std::uint64_t>(std::size_t{1} << 24U);  // 128 MB
+};
+
+/// What a row found to do.
+struct Work {
+  int job = 0, phase = 0, slice = 0;
+};
+
 double bytes_of(const tt_model& m) {
   const double order = m.order;
   double columns = m.term_first[m.terms];
@@ -244,6 +262,47 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
   print("apart_um", apart_um);
   print("std_apart_um", std_apart_um);
   print("most_um", most_um);
+}
+
+void cold_rows(const std::filesystem::path& model_file, long rows) {
+  const reduction::ReducedModel model = reduction::read_model(model_file);
+  const compensation::Compensator compensator(model);
+  Rows inputs(compensator, model.machine);
+  compensation::ControlData data = compensation::control_data(model);
+  data.start_over_s = start_over_s;
+  const compensation::ControlModel control(std::move(data));
+  Evictor evictor;
+  std::vector<Work> works;
+  const auto run = [&] {
+    Twin twin(control.model());
+    Sensors sensors(control.model());
+    works.clear();
+    Times times;
+    for (long i = 0; i < rows; ++i) {
+      const double t = i * period_s;
+      const VectorXd& row = inputs.at(t);
+      const VectorXd& readings = sensors.at(t, row);
+      const tt_numbers& found = *twin.get().now;
+      works.push_back({found.job, found.phase, found.slices_done});
+      evictor.run();
+      const double own_0 = now(CLOCK_THREAD_CPUTIME_ID);
+      twin.row(t, row, readings);
+      times.processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
+    }
+    return times.processor;
+  };
+  std::vector<double> lower = run();
+  const std::vector<double> second = run();
+  for (std::size_t i = 0; i < lower.size(); ++i) lower[i] = std::min(lower[i], second[i]);
+  std::vector<std::size_t> order(lower.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return lower[a] > lower[b]; });
+  for (std::size_t k = 0; k < std::min<std::size_t>(order.size(), slowest_rows); ++k) {
+    const Work& work = works[order[k]];
+    print(fmt::format("slow_{}_job_{}_phase_{}_slice_{}", order[k], work.job, work.phase, work.slice).c_str(),
+          lower[order[k]]);
+  }
+  print_quantiles("cold_lower", std::move(lower));
 }
 
 void live_rows(const std::filesystem::path& model_file, long rows) {

@@ -124,6 +124,8 @@ void control(const Options& options) {
     compared_rows(options.model, options.folder);
   else if (options.wall)
     live_rows(options.model, options.rows);
+  else if (options.cold)
+    cold_rows(options.model, options.rows);
   else
     control_rows(options.model, options.rows);
 }

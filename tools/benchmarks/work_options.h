@@ -15,7 +15,7 @@ struct Options {
   std::filesystem::path folder, model, out;
   int steps = 100, threads = 1, decks = 6, columns = 1, order = 0;
   long rows = 100000;
-  bool apart = false, wall = false;
+  bool apart = false, wall = false, cold = false;
 };
 
 /// The case, and its mesh of the size that was asked for.

@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     verb->add_option("--rows", options.rows);
     verb->add_flag("--apart", options.apart);
     verb->add_flag("--wall", options.wall);
+    verb->add_flag("--cold", options.cold);
     verb->callback([&options, work = work] {
       core::set_quiet(true);
       core::set_thread_count(options.threads);

@@ -67,6 +67,15 @@ TEST(ControlLinear, LuByPiecesOfColumnsSolves) {
     VectorXd x = b;
     tt_lu_solve(n, factor.data(), pivots.data(), x.data());
     EXPECT_LT((x - exact.solve(b)).norm(), 1e-11 * x.norm() * n);
+    // Other pieces do not change a bit.
+    MatrixXd alone = a;
+    for (int j = 0; j < n; ++j) ASSERT_EQ(tt_lu_columns(n, alone.data(), pivots.data(), j, j + 1), 0);
+    EXPECT_EQ(alone, factor);
+    VectorXd pieces = b;
+    tt_lu_exchange(n, pivots.data(), pieces.data());
+    for (int j = 0; j < n; j += 4) tt_lu_eliminate(n, factor.data(), j, std::min(n, j + 4), pieces.data());
+    for (int j = n; j > 0; j -= 4) tt_lu_substitute(n, factor.data(), std::max(0, j - 4), j, pieces.data());
+    EXPECT_EQ(pieces, x);
   }
   MatrixXd singular = MatrixXd::Zero(2, 2);
   singular(0, 0) = 1.0;
