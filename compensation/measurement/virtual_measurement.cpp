@@ -61,15 +61,17 @@ void describe_input(const std::string& name, MeasuredChannel& channel) {
   channel.unit = input.unit;
 }
 
-/// What a control sends: of the surroundings it knows the air only, of a coolant what the load gives.
+/// What a control sends: of a coolant what the load gives.
 bool is_sent(const std::string& name, const mesh::Machine& machine, const Eigen::VectorXd& values) {
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
-    if (name == ambient.id + ".T_C") return ambient.id == "air";
+    if (name == ambient.id + ".T_C") return is_told(ambient);
   }
   return values.array().isFinite().any();
 }
 
 }  // namespace
+
+bool is_told(const mesh::AmbientSpec& ambient) { return ambient.id == "air"; }
 
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
   core::NormalDraws normal(seed);

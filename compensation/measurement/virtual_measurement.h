@@ -20,6 +20,9 @@ namespace thermotwin::compensation {
 /// a stated uncertainty, also expansions, capacities and stiffnesses; none: the machine as stated.
 enum class Perturb { all, thermal, none };
 
+/// Whether a control is told the temperature of an ambient: of the air only.
+bool is_told(const mesh::AmbientSpec& ambient);
+
 /// Largest perturbation of a value, in its standard deviations; a larger one would be a fault.
 inline constexpr double farthest_std = 2.5;
 

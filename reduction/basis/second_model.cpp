@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <new>
 
 #include "core/error.h"
@@ -25,13 +26,19 @@ std::string SecondModel::words() const {
                      full.mesh.nodes());
 }
 
-std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
-                              const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use) {
+namespace {
+
+constexpr double finer = 0.8;
+
+/// Uses a model on the first of the meshes whose factor is not nought. @param factor_of  a mesh, by its edges' ratio
+std::string with_one_of(const std::vector<SecondMesh>& meshes, const solver::Case& machine_case,
+                        const mesh::MachineMesh& mesh, const std::vector<mesh::SensorSpec>& sensors,
+                        const std::filesystem::path& cache,
+                        const std::function<double(const SecondMesh&, double)>& factor_of,
+                        const std::function<void(const SecondModel&)>& use) {
   std::string reason = "element_size_mm has no influence on its bodies";
   const double size = mesh::size_factor(machine_case.machine, machine_case.size);
-  const int order = machine_case.machine.order;
-  for (const SecondMesh& wanted : second_meshes(order)) {
+  for (const SecondMesh& wanted : meshes) {
     try {
       const core::MutedWarnings muted;  // they would be about a mesh that nobody asked for
       mesh::Machine machine = machine_case.machine;
@@ -39,7 +46,7 @@ std::string with_second_model(const solver::Case& machine_case, const mesh::Mach
       machine.sensors = sensors;
       const mesh::MeshOptions options{wanted.factor * size, cache};
       const double ratio = edge_ratio(elements_of(mesh), elements_of(build_machine_mesh(machine, options)));
-      const double factor = error_of_difference(order, wanted.order, ratio);
+      const double factor = factor_of(wanted, ratio);
       if (factor == 0.0) continue;
       use({solver::build_full_model(machine, options), factor, ratio});
       return "";
@@ -52,6 +59,25 @@ std::string with_second_model(const solver::Case& machine_case, const mesh::Mach
     }
   }
   return reason;
+}
+
+}  // namespace
+
+std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
+                              const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
+                              const std::function<void(const SecondModel&)>& use) {
+  const int order = machine_case.machine.order;
+  const auto factor_of = [&](const SecondMesh& wanted, double ratio) {
+    return error_of_difference(order, wanted.order, ratio);
+  };
+  return with_one_of(second_meshes(order), machine_case, mesh, sensors, cache, factor_of, use);
+}
+
+std::string with_finer_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
+                             const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
+                             const std::function<void(const SecondModel&)>& use) {
+  const auto factor_of = [](const SecondMesh&, double ratio) { return std::abs(ratio - 1.0) < 0.02 ? 0.0 : 1.0; };
+  return with_one_of({{machine_case.machine.order, finer}}, machine_case, mesh, sensors, cache, factor_of, use);
 }
 
 }  // namespace thermotwin::reduction

@@ -50,43 +50,53 @@ Run run_of(const solver::LoadResult& result) {
 
 }  // namespace
 
+namespace {
+
+/// All loads on another mesh.
+struct OtherMesh {
+  double factor = 1.0;
+  std::vector<Run> runs;
+};
+
+VectorXd since_start(const MatrixXd& of, Index i) { return of.col(i) - of.col(0); }
+
+}  // namespace
+
 std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                                       const reduction::ReducedModel& model,
                                       const std::vector<mesh::SensorSpec>& sensors, const MatrixXd& places,
                                       const MatrixXd& tcp, const std::vector<solver::LoadProgram>& loads,
                                       const std::vector<LoadResponses>& along, const std::filesystem::path& cache,
-                                      std::string& second) {
-  second.clear();
-  double factor = 0.0;
-  std::vector<Run> on_second;
-  const std::string reason =
-      reduction::with_second_model(machine_case, mesh, sensors, cache, [&](const reduction::SecondModel& other) {
-        for (const solver::LoadResult& result : solver::run_campaign(other.full, loads, {}))
-          on_second.push_back(run_of(result));
-        factor = other.factor;
-        second = other.words();
-      });
+                                      std::string& others) {
+  others.clear();
+  std::vector<OtherMesh> meshes;
+  const auto run_on = [&](const reduction::SecondModel& other) {
+    OtherMesh made{other.factor, {}};
+    for (const solver::LoadResult& result : solver::run_campaign(other.full, loads, {}))
+      made.runs.push_back(run_of(result));
+    meshes.push_back(std::move(made));
+    others += (others.empty() ? "" : " and ") + other.words();
+  };
+  const std::string reason = reduction::with_second_model(machine_case, mesh, sensors, cache, run_on);
   if (!reason.empty()) core::warn("no second mesh, hence the choice of sensors neglects the mesh error: " + reason);
+  if (reason.empty()) reduction::with_finer_model(machine_case, mesh, sensors, cache, run_on);
   std::vector<ModelErrors> found;
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const Run nominal = run_of(model, loads[l], places, tcp);
-    Run differs;
-    if (!second.empty()) {
-      differs = std::move(on_second[l]);
-      const auto difference = [&](MatrixXd& of, const MatrixXd& from) {
-        of = factor * ((of.colwise() - VectorXd(of.col(0))) - (from.colwise() - VectorXd(from.col(0))));
-      };
-      difference(differs.sensors_K, nominal.sensors_K);
-      difference(differs.tcp_um, nominal.tcp_um);
-    }
     const std::vector<double> outputs = loads[l].output_times();
     ModelErrors of;
+    of.meshes.resize(meshes.size());
     for (const double time : along[l].times) {
       const Index i = std::lower_bound(outputs.begin(), outputs.end(), time - 1e-6) - outputs.begin();
-      of.changes_K.emplace_back(nominal.sensors_K.col(i) - nominal.sensors_K.col(0));
-      if (second.empty()) continue;
-      of.places_K.emplace_back(differs.sensors_K.col(i));
-      of.tcp_um.emplace_back(differs.tcp_um.col(i));
+      of.changes_K.push_back(since_start(nominal.sensors_K, i));
+      for (std::size_t m = 0; m < meshes.size(); ++m) {
+        const Run& other = meshes[m].runs[l];
+        const auto differs = [&](const MatrixXd& one, const MatrixXd& from) -> VectorXd {
+          return meshes[m].factor * (since_start(one, i) - since_start(from, i));
+        };
+        of.meshes[m].places_K.push_back(differs(other.sensors_K, nominal.sensors_K));
+        of.meshes[m].tcp_um.push_back(differs(other.tcp_um, nominal.tcp_um));
+      }
     }
     found.push_back(std::move(of));
   }

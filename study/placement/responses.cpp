@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/measurement/virtual_measurement.h"
 #include "compensation/online/uncertain_quantities.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
@@ -33,6 +34,19 @@ std::vector<Eigen::VectorXd> states_of(const reduction::ReducedModel& model, con
   return states;
 }
 
+Eigen::VectorXd priors(const mesh::Machine& machine, const std::vector<UncertainParameter>& parameters,
+                       const solver::LoadProgram& load) {
+  Eigen::VectorXd shares = Eigen::VectorXd::Ones(std::ssize(parameters));
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (parameters[p].parameter.kind != Kind::ambient_offset) continue;
+    const int at = machine.ambient_index(parameters[p].parameter.where);
+    if (at < 0 || compensation::is_told(machine.ambients[at])) continue;
+    const double half_gap_K = 0.5 * (load.initial_C() - machine.ambients[at].default_C.value);
+    shares[p] = std::hypot(parameters[p].std, half_gap_K) / parameters[p].std;
+  }
+  return shares;
+}
+
 }  // namespace
 
 std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedModel& model) {
@@ -58,6 +72,7 @@ LoadResponses responses(const reduction::ReducedModel& model, const std::vector<
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(every_s / load.output_interval())));
   LoadResponses found;
   found.load = load.name();
+  found.prior = priors(model.machine, parameters, load);
   std::vector<std::size_t> kept;
   for (std::size_t i = stride; i < outputs.size(); i += stride) kept.push_back(i);
   if (kept.empty()) kept.push_back(outputs.size() - 1);

@@ -29,6 +29,10 @@ std::vector<UncertainParameter> uncertain_parameters(const reduction::ReducedMod
 /// One load program.
 struct LoadResponses {
   std::string load;
+  /// (parameters) standard deviation of the prior over UncertainParameter::std; empty: 1. A control is told the air
+  /// only. Where the load starts at another temperature than the default of another ambient, that ambient may be at
+  /// either, as in the observer: the deviation then is half the gap.
+  Eigen::VectorXd prior;
   std::vector<double> times;            ///< s, at equal intervals, except the last one
   std::vector<Eigen::MatrixXd> states;  ///< (order x parameters) K per standard deviation, for each time
 };

@@ -54,6 +54,7 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
       step.time = times_.size();
       step.first = t == 0;
       step.decay.resize(parameters_);
+      step.prior = load.prior.size() > 0 ? load.prior.cwiseAbs2() : VectorXd(VectorXd::Ones(parameters_));
       const double interval = load.times[t] - before;
       for (Index p = 0; p < parameters_; ++p) step.decay[p] = std::exp(-interval / parameters[p].memory);
       step.noise = VectorXd::Constant(places.rows(), options.noise_K * options.noise_K);
@@ -62,9 +63,13 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
         for (Index i = 0; i < places.rows(); ++i)
           step.noise[i] += std::pow(compensation::reading_std(0.0, of.changes_K[t][i]), 2);
         step.noise *= std::max(1.0, correlation_s / interval);
-        if (!of.places_K.empty()) {
-          time.mesh_K = of.places_K[t];
-          time.mesh_um2 = of.tcp_um[t].squaredNorm() / poses;
+        const auto meshes = std::ssize(of.meshes);
+        time.mesh_K.resize(places.rows(), meshes);
+        time.cross.resize(parameters_, meshes);
+        for (Index k = 0; k < meshes; ++k) {
+          time.mesh_K.col(k) = of.meshes[k].places_K[t];
+          time.cross.col(k) = moved.transpose() * of.meshes[k].tcp_um[t] / poses;
+          time.mesh_um2 += of.meshes[k].tcp_um[t].squaredNorm() / poses / static_cast<double>(meshes);
         }
       }
       before = load.times[t];
@@ -85,19 +90,22 @@ SensorChoice::SensorChoice(const std::vector<LoadResponses>& loads, const std::v
 Left SensorChoice::left(const std::vector<int>& sensors, const Steps& steps) const {
   const Index k = std::ssize(sensors), size = parameters_ + k;
   MatrixXd p(size, size);
-  VectorXd row(size), gain(size), mistaken = VectorXd::Zero(size);
+  const Index meshes = times_.empty() ? 0 : times_.front().mesh_K.cols();
+  VectorXd row(size), gain(size);
+  MatrixXd mistaken = MatrixXd::Zero(size, meshes);
   double variance_um2 = 0.0, mesh_um2 = 0.0;
   for (const Step& step : steps) {
     const Time& time = times_[step.time];
     if (step.first) {
-      p.setIdentity();
-      p.bottomRightCorner(k, k) *= options_.bias_K * options_.bias_K;
+      p.setZero();
+      p.diagonal().head(parameters_) = step.prior;
+      p.diagonal().tail(k).setConstant(options_.bias_K * options_.bias_K);
       mistaken.setZero();
     } else {
       p.topRows(parameters_).array().colwise() *= step.decay.array();
       p.leftCols(parameters_).array().rowwise() *= step.decay.array().transpose();
-      p.diagonal().head(parameters_).array() += 1.0 - step.decay.array().square();
-      mistaken.head(parameters_).array() *= step.decay.array();
+      p.diagonal().head(parameters_).array() += (1.0 - step.decay.array().square()) * step.prior.array();
+      mistaken.topRows(parameters_).array().colwise() *= step.decay.array();
     }
     for (Index s = 0; s < k; ++s) {
       row.head(parameters_) = time.places.row(sensors[s]).transpose();
@@ -105,13 +113,14 @@ Left SensorChoice::left(const std::vector<int>& sensors, const Steps& steps) con
       row[parameters_ + s] = 1.0;
       gain.noalias() = p * row;
       const double variance = row.dot(gain) + step.noise[sensors[s]];
-      if (time.mesh_K.size() > 0) mistaken += gain * ((time.mesh_K[sensors[s]] - row.dot(mistaken)) / variance);
+      if (meshes > 0) mistaken += gain * ((time.mesh_K.row(sensors[s]) - row.transpose() * mistaken) / variance);
       p.noalias() -= gain * (gain.transpose() / variance);
     }
     variance_um2 += time.tcp.cwiseProduct(p.topLeftCorner(parameters_, parameters_)).sum();
-    if (time.mesh_K.size() == 0) continue;
-    const auto found = mistaken.head(parameters_);
-    mesh_um2 += time.mesh_um2 + found.dot(time.tcp * found);
+    if (meshes == 0) continue;
+    const auto found = mistaken.topRows(parameters_);
+    mesh_um2 +=
+        time.mesh_um2 + found.cwiseProduct(time.tcp * found - 2.0 * time.cross).sum() / static_cast<double>(meshes);
   }
   const double count = std::max<double>(1.0, steps.size());
   return {std::sqrt(std::max(variance_um2, 0.0) / count), std::sqrt(std::max(mesh_um2, 0.0) / count)};

@@ -3,15 +3,15 @@
 // Chooses sensors by the variance that a Kalman filter in the uncertain parameters leaves of the TCP error.
 //
 // Parameters theta (in standard deviations) return to their prior with their memory: theta' = a theta + w, a =
-// exp(-dt / memory), Var w = 1 - a^2. A sensor at place i reads h_i(t)^T theta + b_i + noise with a constant bias b_i.
+// exp(-dt / memory), Var w = (1 - a^2) times that of the prior. A sensor at place i reads h_i(t)^T theta + b_i + noise with a constant bias b_i.
 // The TCP's variance is tr(M(t) P(t)), M the mean over the poses of the squared translations per parameter. The
 // criterion is the root of its mean over all times and load programs, in um.
 //
 // The mesh of the model differs from the machine by d_i(t) at the places and by e(t) at the TCP (model_errors.h), which
-// no parameter explains. The filter takes them for parameters: it finds m(t) from d_i(t). The mean squares of e(t) and
-// of G(t) m(t) over the poses join the variance. They are not taken to cancel: elasticity makes most of e, which no
-// temperature tells. Noise of a reading: as in the observer, 3 % of the change since the start beside noise_K, one
-// independent sample in half an hour.
+// no parameter explains. The filter takes them for parameters: it finds m(t) from d_i(t), which takes G(t) m(t) from
+// e(t). The mean square of e(t) - G(t) m(t) over the poses, and over the other meshes, joins the variance. Sensors may
+// thus tell a part of e, where both meshes agree on it. Noise of a reading: as in the observer, 3 % of the change since
+// the start beside noise_K, one independent sample in half an hour.
 //
 // A place that is best alone may be useless beside two others: three more are taken and the least valuable leave.
 // Greedy: the place that lowers the criterion most joins, one after another. Exchange: each sensor is replaced by the
@@ -73,13 +73,15 @@ private:
   struct Time {
     Eigen::MatrixXd places;  // (places x parameters) K
     Eigen::MatrixXd tcp;     // (parameters x parameters) um^2
-    Eigen::VectorXd mesh_K;  // (places) d; empty: no second mesh
-    double mesh_um2 = 0;     // e^T e over the number of poses
+    Eigen::MatrixXd mesh_K;  // (places x meshes) d
+    Eigen::MatrixXd cross;   // (parameters x meshes) G^T e over the number of poses, um^2
+    double mesh_um2 = 0;     // e^T e over the number of poses, mean over the meshes
   };
   struct Step {
     std::size_t time = 0;
     bool first = false;     // of a load program
     Eigen::VectorXd decay;  // (parameters) a since the step before
+    Eigen::VectorXd prior;  // (parameters) variance
     Eigen::VectorXd noise;  // (places) variance of the readings since then, K^2
   };
   using Steps = std::vector<Step>;

@@ -592,6 +592,19 @@ TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
   first.wait();
 }
 
+// The case's own sizes make the same mesh at 0.8 of them; a bed of smaller elements does not.
+TEST(StudySensors, RegardsTheErrorOfASmallerMeshToo) {
+  const Toy toy;
+  toy.edit("machine.toml", "element_size_mm = 160", "element_size_mm = 70");
+  const Result made = toy.run({"study", "sensors", toy.path(), "--spacing", "300", "--count", "1", "--exchanges", "0",
+                               "--every", "60", "--load", "warm_up", "--json", "--quiet"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const json summary = json::parse(made.out);
+  const std::string meshes = summary["second_mesh"];
+  EXPECT_SAYS(meshes, "quadratic tetrahedra, ");
+  EXPECT_SAYS(meshes, " nodes and linear tetrahedra, ");
+}
+
 TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   const Toy toy;
   toy.take_results();
@@ -612,6 +625,13 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   for (const std::string sensor : {"\"T1\"", "\"chosen_S1\""}) EXPECT_SAYS(channels, "sensor = " + sensor);
   // The toy's mesh does not follow element_size_mm: the machines have no mesh error.
   EXPECT_EQ(confirmed["own_mesh"], true);
+  double squares = 0.0;
+  for (const json& load : confirmed["loads"]) {
+    squares += std::pow(load["chosen_um"].get<double>(), 2);
+    EXPECT_GT(load["without_um"], 0.0);
+  }
+  ASSERT_GT(confirmed["loads"].size(), 0U);
+  EXPECT_NEAR(chosen, std::sqrt(squares / confirmed["loads"].size()), 1e-3 * chosen);
   const double predicted = confirmed["predicted_chosen_um"], predicted_of_case = confirmed["predicted_own_um"];
   EXPECT_LT(predicted, 0.5 * summary["chosen"]["left_um"].get<double>());
   EXPECT_EQ(confirmed["borne_out"], (chosen < of_case) == (predicted < predicted_of_case));
@@ -620,8 +640,8 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
                                                                  ? "machines bear out the prediction"
                                                                  : "do not bear out the prediction");
   EXPECT_FALSE(summary["second_mesh"].get<std::string>().empty());
-  EXPECT_SAYS(read(toy.result("study/sensors/report.html")), "no sensors leave less");
-  EXPECT_GE(summary["chosen"]["mesh_um"].get<double>(), summary["without_mesh_um"].get<double>());
+  EXPECT_SAYS(read(toy.result("study/sensors/report.html")), "The mesh error (against quadratic tetrahedra");
+  EXPECT_GT(summary["chosen"]["mesh_um"].get<double>(), 0.0);
   EXPECT_GT(summary["own"]["mesh_um"].get<double>(), 0.0);
   const core::Table curve = core::read_csv(toy.result("study/sensors/curve.csv"));
   ASSERT_EQ(curve.rows(), summary["chosen"]["sensors"].get<int>());

@@ -134,7 +134,8 @@ ChosenSensors chosen_sensors(const StudySensorsOptions& options, const solver::C
                           along, options.out / "cache", choice.second_mesh);
   reach.keep(tcp);
   for (study::ModelErrors& error : errors)
-    for (Eigen::VectorXd& at : error.tcp_um) reach.keep(at);
+    for (study::MeshDifference& mesh : error.meshes)
+      for (Eigen::VectorXd& at : mesh.tcp_um) reach.keep(at);
   const study::SensorChoice judge(along, parameters, rows, tcp, how, errors);
   const int count = options.count > 0 ? options.count : static_cast<int>(own);
   if (count < 1 || count > places) {

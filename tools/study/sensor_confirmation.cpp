@@ -16,16 +16,36 @@ namespace thermotwin::tools {
 
 namespace {
 
-/// In the directions that axes move.
-double rms_left(const std::vector<compensation::ValidationRow>& rows, int draw) {
+using compensation::ValidationRow;
+
+/// In the directions that axes move. @param load  empty: all  @param left  what is left with sensors or without
+double rms_left(const std::vector<ValidationRow>& rows, int draw, const std::string& load = "",
+                double ValidationRow::*left = &ValidationRow::rms_sensors_um) {
   double sum = 0.0;
   int count = 0;
-  for (const compensation::ValidationRow& row : rows) {
-    if (row.draw != draw) continue;
-    sum += row.rms_sensors_um * row.rms_sensors_um - row.rms_unmoved_um * row.rms_unmoved_um;
+  for (const ValidationRow& row : rows) {
+    if (row.draw != draw || (!load.empty() && row.load != load)) continue;
+    sum += row.*left * row.*left - row.rms_unmoved_um * row.rms_unmoved_um;
     ++count;
   }
   return std::sqrt(std::max(0.0, sum) / std::max(count, 1));
+}
+
+std::vector<ConfirmedLoad> by_load(const std::vector<ValidationRow>& own, const std::vector<ValidationRow>& chosen,
+                                   const std::vector<std::string>& loads, int draws) {
+  const auto median = [&](const std::vector<ValidationRow>& rows, const std::string& load,
+                          double ValidationRow::*left) {
+    std::vector<double> each;
+    for (int draw = 0; draw < draws; ++draw) each.push_back(rms_left(rows, draw, load, left));
+    return core::median(each);
+  };
+  std::vector<ConfirmedLoad> found;
+  for (const std::string& load : loads) {
+    found.push_back({load, median(own, load, &ValidationRow::rms_model_um),
+                     median(own, load, &ValidationRow::rms_sensors_um),
+                     median(chosen, load, &ValidationRow::rms_sensors_um)});
+  }
+  return found;
 }
 
 /// The chosen sensors with names of their own, so that a machine can have them beside the case's.
@@ -73,7 +93,7 @@ ConfirmedSensors confirmed_sensors(const StudySensorsOptions& options, const sol
   settings.machine.probe_noise_um = 0.0;  // it would count to what the compensator leaves
   settings.machine.mesh_cache = options.out / "cache";
   settings.keep = options.out / "study/sensors/measured";
-  std::vector<compensation::ValidationRow> own, chosen;
+  std::vector<ValidationRow> own, chosen;
   const auto judge = [&](int draw, const compensation::MeasuredLoad& load, const compensation::Measurement& measured) {
     const std::string& name = load.program.name();
     std::ranges::move(judge_compensation(measured, machine_case.machine, model, name, draw), std::back_inserter(own));
@@ -86,6 +106,7 @@ ConfirmedSensors confirmed_sensors(const StudySensorsOptions& options, const sol
     on.own.push_back(rms_left(own, draw));
     on.chosen.push_back(rms_left(chosen, draw));
   }
+  on.loads = by_load(own, chosen, options.loads, options.confirm);
   on.own_mesh = measured == nodes;
   return on;
 }

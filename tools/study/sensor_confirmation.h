@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <string>
 #include <vector>
 
 #include "core/statistics.h"
@@ -14,9 +15,16 @@
 
 namespace thermotwin::tools {
 
+/// Medians over the machines of what is left along a load program, um.
+struct ConfirmedLoad {
+  std::string load;
+  double without_um = 0, own_um = 0, chosen_um = 0;
+};
+
 /// RMS of the TCP error that the compensator leaves on each machine, um.
 struct ConfirmedSensors {
   std::vector<double> own, chosen;
+  std::vector<ConfirmedLoad> loads;
   bool own_mesh = false;  ///< of the model: its error takes no part
   double own_um() const { return core::median(own); }
   double chosen_um() const { return core::median(chosen); }

@@ -88,6 +88,12 @@ json summary_of(const ChosenSensors& choice, Index order, double seconds) {
                             {"predicted_own_um", choice.predicted_um(choice.own_left)},
                             {"predicted_chosen_um", choice.predicted_um(choice.chosen_left)},
                             {"borne_out", choice.borne_out()}};
+    for (const ConfirmedLoad& load : on.loads) {
+      summary["confirmed"]["loads"].push_back({{"load", load.load},
+                                               {"without_um", load.without_um},
+                                               {"own_um", load.own_um},
+                                               {"chosen_um", load.chosen_um}});
+    }
   }
   return summary;
 }
@@ -144,6 +150,7 @@ void study_sensors(const StudySensorsOptions& given) {
   text += mesh_error_sentence(choice) + "\n";
   if (!choice.directions.empty()) text += choice.directions + "\n";
   for (const std::string& sentence : confirmation_sentences(choice)) text += sentence + "\n";
+  if (choice.confirmed) text += core::format_table(confirmation_table(*choice.confirmed));
   text += fmt::format("sensors.toml, curve.csv and report.html in {}; {:.0f} s\n", folder.string(), time.seconds());
   print_summary(options, text, summary.dump());
 }

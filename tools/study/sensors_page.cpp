@@ -101,12 +101,26 @@ std::vector<std::string> confirmation_sentences(const ChosenSensors& choice) {
   return sentences;
 }
 
+std::vector<std::vector<std::string>> confirmation_table(const ConfirmedSensors& confirmed) {
+  std::vector<std::vector<std::string>> table{
+      {"left on the machines, median, um", "no sensors", "of the case", "chosen"}};
+  for (const ConfirmedLoad& load : confirmed.loads) {
+    table.push_back({load.load, fmt::format("{:.2f}", load.without_um), fmt::format("{:.2f}", load.own_um),
+                     fmt::format("{:.2f}", load.chosen_um)});
+  }
+  return table;
+}
+
 std::string mesh_error_sentence(const ChosenSensors& choice) {
   if (choice.second_mesh.empty()) return "Without a second mesh the mesh error is not part of this.";
+  const auto told = [&](double left_um) {
+    return left_um < choice.without_left.mesh_um ? "tell a part of it" : "are misled by it";
+  };
   return fmt::format(
-      "Of these, {0:.2f} um, {1:.2f} um and {2:.2f} um come from the mesh error (against {3}). The {2:.2f} "
-      "um are that of the TCP, which no temperature tells: no sensors leave less.",
-      choice.chosen_left.mesh_um, choice.own_left.mesh_um, choice.without_left.mesh_um, choice.second_mesh);
+      "The mesh error (against {}) has a part of {:.2f} um in it without sensors, of {:.2f} um with those of the case, "
+      "which {}, and of {:.2f} um with those chosen, which {}.",
+      choice.second_mesh, choice.without_left.mesh_um, choice.own_left.mesh_um, told(choice.own_left.mesh_um),
+      choice.chosen_left.mesh_um, told(choice.chosen_left.mesh_um));
 }
 
 std::string sensors_page(const StudySensorsOptions& options, const mesh::MachineMesh& mesh, const ChosenSensors& choice,
@@ -132,6 +146,9 @@ std::string sensors_page(const StudySensorsOptions& options, const mesh::Machine
                  core::html_section("Number of sensors", "chosen one after another; the last point after exchanges",
                                     curve_svg(choice)) +
                  diagnosis::scene_html(scene) +
+                 (choice.confirmed ? core::html_section("Machines measured virtually", "by load program",
+                                                        core::html_table(confirmation_table(*choice.confirmed)))
+                                   : "") +
                  core::html_section("Places", "in the machine's frame at home",
                                     core::html_table(sensor_table(sensors, choice))) +
                  core::html_next_steps({{"Confirm the choice on machines measured virtually:",

@@ -14,6 +14,8 @@ std::vector<std::vector<std::string>> sensor_table(const std::vector<mesh::Senso
                                                    const ChosenSensors& choice);
 /// What machines measured virtually say, one sentence each; empty: none was measured.
 std::vector<std::string> confirmation_sentences(const ChosenSensors& choice);
+/// What is left along each load program: no sensors, those of the case, the chosen ones.
+std::vector<std::vector<std::string>> confirmation_table(const ConfirmedSensors& confirmed);
 /// Of the criterion's two parts, where a second mesh tells the one of the mesh.
 std::string mesh_error_sentence(const ChosenSensors& choice);
 

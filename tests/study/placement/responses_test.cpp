@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "compensation/online/uncertain_quantities.h"
@@ -51,6 +52,29 @@ TEST(UncertainParameters, AreThoseWithADeviationAndTheSurroundings) {
     EXPECT_EQ(air->std, quantity.std);
     EXPECT_EQ(air->memory, quantity.memory);
   }
+}
+
+// A hall at 32 degC for long: the control is told of the air, but not of the foundation, whose default it takes.
+TEST(Responses, AnAmbientThatNobodyTellsMayBeAsWarmAsTheMachine) {
+  mesh::Machine machine = lumped::machine();
+  mesh::AmbientSpec& foundation = machine.ambients[machine.ambient_index("foundation")];
+  foundation.follows.clear();
+  foundation.default_C.value = 20.0;
+  const reduction::ReducedModel model = lumped::model(machine, 5);
+  const solver::LoadProgram load = solver::LoadProgram::parse(
+      "schema = 1\ninitial_C = 32\noutput_s = 600\ntime_step_s = 120\n[[phase]]\nduration_h = 1\nair_C = 32\n",
+      "load.toml", machine);
+  int untold = 0;
+  for (const UncertainParameter& one : uncertain_parameters(model)) {
+    const double share = responses(model, {one}, load, 3600.0).prior[0];
+    if (one.parameter.kind == diagnosis::Kind::ambient_offset && one.parameter.where == "foundation") {
+      ++untold;
+      EXPECT_NEAR(one.std * share, std::hypot(one.std, 6.0), 1e-9);
+    } else {
+      EXPECT_EQ(share, 1.0) << one.parameter.where;
+    }
+  }
+  EXPECT_EQ(untold, 1);
 }
 
 TEST(Responses, AreChangesOfTheStateByOneDeviation) {

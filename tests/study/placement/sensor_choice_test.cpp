@@ -74,6 +74,20 @@ TEST(SensorChoice, ForgetsWithTheMemoryOfAParameter) {
   EXPECT_NEAR(choice.left_um({0}), std::sqrt(0.5), 1e-9);
 }
 
+// One reading of a parameter whose prior is three times as wide: variance 9 * 1 / (9 + 1).
+TEST(SensorChoice, TakesThePriorOfTheLoad) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 1.0;
+  ChoiceOptions options;
+  options.bias_K = 0.0;
+  options.noise_K = 1.0;
+  LoadResponses load = standing(1, {1e6, 2e6});
+  load.prior = Eigen::VectorXd::Constant(1, 3.0);
+  const SensorChoice choice({load}, parameters(1, 10.0), row({1.0}), tcp, options);
+  EXPECT_NEAR(choice.left_um({}), 3.0, 1e-9);
+  EXPECT_NEAR(choice.left_um({0}), std::sqrt(0.9), 1e-9);
+}
+
 TEST(SensorChoice, TakesThePlaceThatTellsTheErrorAndMendsAGreedyStart) {
   // The error is theta_0 + theta_1 in x. Place 2 reads their sum weakly disturbed by theta_2 and is best alone; places
   // 0 and 1 together tell all.
@@ -118,12 +132,12 @@ TEST(SensorChoice, SurvivesTheLossOfAnySensorWhereAsked) {
   EXPECT_LT(careful.left_after_loss_um(careful.exchanged(each)), 1.1);
 }
 
-/// Mesh error at the places and, in x, at the TCP; nothing has changed since the start.
-ModelErrors mesh_error(const Eigen::VectorXd& places_K, double tcp_um) {
+/// Mesh error at the places and at the TCP, by default where no parameter moves it; nothing has changed since the start.
+ModelErrors mesh_error(const Eigen::VectorXd& places_K, double tcp_um,
+                       const Eigen::Vector3d& direction = Eigen::Vector3d::UnitY()) {
   ModelErrors made;
   made.changes_K = {Eigen::VectorXd::Zero(places_K.size())};
-  made.places_K = {places_K};
-  made.tcp_um = {tcp_um * Eigen::Vector3d::UnitX()};
+  made.meshes.push_back({{places_K}, {tcp_um * direction}});
   return made;
 }
 
@@ -145,6 +159,42 @@ TEST(SensorChoice, AvoidsAPlaceWhereTheMeshMisleads) {
   EXPECT_NEAR(choice.left({0}).mesh_um, std::hypot(0.3, 2.0 * 0.5 / 1.01), 1e-3);
   EXPECT_NEAR(choice.left({0}).parameters_um, 2.0 * 0.1 / std::sqrt(1.01), 1e-2);
   EXPECT_NEAR(choice.left_um({0}), std::hypot(choice.left({0}).mesh_um, choice.left({0}).parameters_um), 1e-12);
+}
+
+// The error of the TCP is what the error at the place says, or the opposite.
+TEST(SensorChoice, TellsAMeshErrorThatMovesTheTcpAsTheParameterDoes) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 2.0;
+  ChoiceOptions options;
+  options.noise_K = 1e-6;
+  options.bias_K = 0.1;
+  const std::vector<LoadResponses> load{standing(1, {3600.0})};
+  const double found_um = 2.0 * 0.5 / 1.01;
+  for (const double tcp_um : {1.0, -1.0}) {
+    const SensorChoice choice(load, parameters(1), row({1.0}), tcp, options,
+                              {mesh_error(Eigen::VectorXd::Constant(1, 0.5), tcp_um, Eigen::Vector3d::UnitX())});
+    EXPECT_NEAR(choice.left({}).mesh_um, 1.0, 1e-12);
+    EXPECT_NEAR(choice.left({0}).mesh_um, std::abs(tcp_um - found_um), 1e-3) << tcp_um;
+  }
+}
+
+// One mesh misleads at the first place, the other at the second: both count, by their mean square.
+TEST(SensorChoice, TakesTheMeanOverOtherMeshes) {
+  MatrixXd tcp = MatrixXd::Zero(3, 1);
+  tcp(0, 0) = 2.0;
+  ChoiceOptions options;
+  options.noise_K = 1e-6;
+  options.bias_K = 0.1;
+  MatrixXd places(2, 1);
+  places << 1.0, 1.0;
+  const std::vector<LoadResponses> load{standing(1, {3600.0})};
+  ModelErrors both = mesh_error(Eigen::Vector2d(0.5, 0.0), 0.3);
+  both.meshes.push_back(mesh_error(Eigen::Vector2d(0.0, 0.2), 0.1).meshes.front());
+  const SensorChoice choice(load, parameters(1), places, tcp, options, {both});
+  const double found = 2.0 / 1.01;  // um of the TCP for a kelvin at a place
+  EXPECT_NEAR(choice.left({}).mesh_um, std::sqrt(0.5 * (0.09 + 0.01)), 1e-12);
+  EXPECT_NEAR(choice.left({0}).mesh_um, std::sqrt(0.5 * (0.09 + 0.01 + std::pow(0.5 * found, 2))), 1e-3);
+  EXPECT_NEAR(choice.left({1}).mesh_um, std::sqrt(0.5 * (0.09 + 0.01 + std::pow(0.2 * found, 2))), 1e-3);
 }
 
 TEST(SensorChoice, TrustsAReadingLessTheMoreItChanges) {
