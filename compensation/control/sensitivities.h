@@ -81,7 +81,7 @@ void tt_sensitivities_begin_foresight(tt_sensitivities* s, double duration, cons
 int tt_sensitivities_slices(const tt_sensor_model* model); /* no job takes more */
 /* Returns 0: more to do, 1: done, 2: 1 + h A is singular. */
 int tt_sensitivities_slice(tt_sensitivities* s);
-/* At most so many slices at once, to the same bits: the factor is read once for them. slices: then as many as it did. */
+/* At most so many slices at once, to the same bits: the factor is read once for them. slices: then as many as done. */
 int tt_sensitivities_work(tt_sensitivities* s, int* slices);
 double tt_sensitivities_duration(const tt_sensitivities* s); /* s, of the job */
 /* Takes over what the slices computed; nothing unless they are done. */

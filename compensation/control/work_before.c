@@ -107,8 +107,8 @@ static void leave_after(tt_past* w, ptrdiff_t column, int first, int last) {
   }
 }
 
-/* What one heat leaves after some hours of work, at all times since; in parts of one product with a matrix each. At most
- * so many parts from one on; returns how many it did. */
+/* What one heat leaves after some hours of work, at all times since; in parts of one product with a matrix each. At
+ * most so many parts from one on; returns how many it did. */
 static int leave(tt_past* w, int heat, int on, int part, int slices) {
   const ptrdiff_t n = order_of(w);
   const int swept = w->progress[at_kind] == TT_MODES_SWEPT;

@@ -31,8 +31,8 @@ std::string with_second_model(const solver::Case& machine_case, const mesh::Mach
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
                               const std::function<void(const SecondModel&)>& use);
 
-/// The same on a mesh of the same tetrahedra with smaller edges, and with factor 1: rules with boxes take other triangles
-/// there, so that areas of sources, films and contacts differ as they may from those of the machine.
+/// The same on a mesh of the same tetrahedra with smaller edges, and with factor 1: rules with boxes take other
+/// triangles there, so that areas of sources, films and contacts differ as they may from those of the machine.
 std::string with_finer_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                              const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
                              const std::function<void(const SecondModel&)>& use);

@@ -2,10 +2,10 @@
 #pragma once
 // Chooses sensors by the variance that a Kalman filter in the uncertain parameters leaves of the TCP error.
 //
-// Parameters theta (in standard deviations) return to their prior with their memory: theta' = a theta + w, a =
-// exp(-dt / memory), Var w = (1 - a^2) times that of the prior. A sensor at place i reads h_i(t)^T theta + b_i + noise with a constant bias b_i.
-// The TCP's variance is tr(M(t) P(t)), M the mean over the poses of the squared translations per parameter. The
-// criterion is the root of its mean over all times and load programs, in um.
+// Parameters theta (in standard deviations) return to their prior with their memory: theta' = a theta + w, a = exp(-dt
+// / memory), Var w = (1 - a^2) times that of the prior. A sensor at place i reads h_i(t)^T theta + b_i + noise with a
+// constant bias b_i. The TCP's variance is tr(M(t) P(t)), M the mean over the poses of the squared translations per
+// parameter. The criterion is the root of its mean over all times and load programs, in um.
 //
 // The mesh of the model differs from the machine by d_i(t) at the places and by e(t) at the TCP (model_errors.h), which
 // no parameter explains. The filter takes them for parameters: it finds m(t) from d_i(t), which takes G(t) m(t) from

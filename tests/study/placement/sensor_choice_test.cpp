@@ -132,7 +132,7 @@ TEST(SensorChoice, SurvivesTheLossOfAnySensorWhereAsked) {
   EXPECT_LT(careful.left_after_loss_um(careful.exchanged(each)), 1.1);
 }
 
-/// Mesh error at the places and at the TCP, by default where no parameter moves it; nothing has changed since the start.
+/// Mesh error at the places and at the TCP, by default where no parameter moves it, without a change since the start.
 ModelErrors mesh_error(const Eigen::VectorXd& places_K, double tcp_um,
                        const Eigen::Vector3d& direction = Eigen::Vector3d::UnitY()) {
   ModelErrors made;
