@@ -14,19 +14,16 @@ enum { phase_measure, phase_scale, phase_reduce, phase_form, phase_turn, phase_s
 /* Of progress. Within a column: the part of its reflection, or the next column to multiply. A sweep that is under way
  * has its next row and its end; rotations that wait have their count and the next row to turn. */
 enum { at_phase, at_column, at_sweeps, at_part, at_end, at_count, at_row };
-enum {
-  waiting_sweeps = 3,
-  panels = 3 * waiting_sweeps - 1
-}; /* with the slice of their rotations: n / 3 of them each */
+enum { waiting_sweeps = 3 };
+enum { panels = 3 * waiting_sweeps - 1 }; /* with the slice that finds the rotations: n / 3 of them each */
 
 /* The parts of work. */
 static double* off_diagonal(const tt_eigen* job) { return job->work; }         /* (n) e[i] couples i and i + 1 */
 static double* factors(const tt_eigen* job) { return job->work + job->n; }     /* (n) of the reflections */
 static double* scratch(const tt_eigen* job) { return job->work + 2 * job->n; } /* (n) */
 static double* size(const tt_eigen* job) { return job->work + 3 * job->n; }    /* largest entry of A */
-static double* waiting(const tt_eigen* job) {
-  return size(job) + 1 + rotation_values;
-} /* column, cosine, sine of each */
+/* Column, cosine, sine of each. */
+static double* waiting(const tt_eigen* job) { return size(job) + 1 + rotation_values; }
 static int most_waiting(const tt_eigen* job) { return waiting_sweeps * job->n; }
 static double* column_of(const tt_eigen* job, ptrdiff_t j) { return job->a + j * job->n; }
 

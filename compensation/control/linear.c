@@ -94,10 +94,10 @@ static void exchange(double* a, double* b) {
   *b = kept;
 }
 
-/* What columns first to last of the factor take from a column of the matrix, in place. */
 static void exchange_rows(const int32_t* pivots, ptrdiff_t first, ptrdiff_t last, double* column) {
   for (ptrdiff_t k = first; k < last; ++k) exchange(column + k, column + pivots[k]);
 }
+/* What column k of the factor takes from a column, in place: by its lower part, and by its upper one. */
 static void eliminate(ptrdiff_t n, const double* a, ptrdiff_t k, double* column) {
   tt_axpy(n - k - 1, -column[k], a + k * n + k + 1, column + k + 1);
 }

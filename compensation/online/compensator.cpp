@@ -15,6 +15,7 @@
 #include "core/range.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
+#include "mesh/machine/plausible_range.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -48,6 +49,7 @@ void CompensatorOptions::validate() const {
     core::require_option(value >= 1e-3 && value <= 86400.0, std::string("compensator ") + name, value,
                          "0.001 s to 86400 s");
   }
+  mesh::PlausibleRange{-50.0, 100.0}.require(start_C, "compensator start_C");  // as --start-C
   require_limit("compensator largest_um", largest_um, 1e-3, largest_offset_um);
   require_limit("compensator rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
 }
@@ -81,7 +83,6 @@ struct Compensator::Work {
         never_told(operating.channels().size(), 0),
         row(operating.channels().defaults()),
         given_at(VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity())) {
-    m.machine.require_plausible(options.start_C, "compensator start_C");
     clock.set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
   }
 

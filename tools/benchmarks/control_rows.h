@@ -10,7 +10,7 @@ namespace thermotwin::bench {
 /// Prints quantiles of the processor time and of the wall time of a row, sizes, and how long a start takes.
 void control_rows(const std::filesystem::path& model_file, long rows);
 
-/// Rows at their own pace, 100 a second: quantiles of the processor time and of the wall time of a row.
+/// Rows at their own pace, 10 a second: quantiles of the processor time and of the wall time of a row.
 void live_rows(const std::filesystem::path& model_file, long rows);
 
 /// Rows as fast as they are taken, but the caches are lost between two of them, as they are in real time: quantiles of

@@ -114,6 +114,7 @@ std::vector<std::vector<std::string>> confirmation_table(const ConfirmedSensors&
 std::string mesh_error_sentence(const ChosenSensors& choice) {
   if (choice.second_mesh.empty()) return "Without a second mesh the mesh error is not part of this.";
   const auto told = [&](double left_um) {
+    if (left_um == choice.without_left.mesh_um) return "tell nothing of it";
     return left_um < choice.without_left.mesh_um ? "tell a part of it" : "are misled by it";
   };
   return fmt::format(
