@@ -5,9 +5,9 @@
 
 #include <bit>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -158,22 +158,18 @@ TEST(Csv, MissingFileIsAnInputError) {
   expect_holds(message_of<InputError>([] { read_csv("/nowhere/data.csv"); }), {"/nowhere/data.csv", "read"});
 }
 
-TEST(Csv, MillionRowsReadInTime) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a speed says nothing under a sanitizer";
-#endif
+// A reader whose time grows faster than its rows would not end within the time of a suite.
+TEST(Csv, MillionRowsAreReadWhole) {
   std::string text = "time_s,a,b,c,d\n";
   for (int i = 0; i < 1000000; ++i) {
     text += std::to_string(i) + ",21.2534,-0.0012345,1.5e-6,6000\n";
   }
-  // Processor time: other work on the machine does not count.
-  const std::clock_t start = std::clock();
   const Table table = parse_csv(text, "data.csv");
-  const double seconds = 1.0 * (std::clock() - start) / CLOCKS_PER_SEC;
-  RecordProperty("milliseconds", std::lround(1e3 * seconds));
-  EXPECT_EQ(table.rows(), 1000000);
-  EXPECT_EQ(table.values(999999, 0), 999999.0);
-  EXPECT_LT(seconds, 2.0);
+  ASSERT_EQ(table.rows(), 1000000);
+  EXPECT_EQ(table.values.col(0), Eigen::VectorXd::LinSpaced(1000000, 0.0, 999999.0));
+  for (const auto& [column, value] : {std::pair{1, 21.2534}, {2, -0.0012345}, {3, 1.5e-6}, {4, 6000.0}}) {
+    EXPECT_TRUE((table.values.col(column).array() == value).all()) << column;
+  }
 }
 
 // A binary file by mistake: no byte of it upsets the terminal.

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <iterator>
 #include <random>
 #include <sstream>
@@ -383,7 +382,7 @@ long resident_kB() {
   return read == 2 ? resident * 4 : 0;
 }
 
-TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
+TEST(CompensateStream, MemoryDoesNotGrowOverAMillionRows) {
   const auto run = [](long count) {
     Compensator fresh(nominal());
     EndlessRows source("time_s,spindle.speed_rpm,air.T_C,axis.X.position_mm,axis.B.position_deg,T_nose_C,T_bed_C\n",
@@ -396,7 +395,6 @@ TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
   };
   run(5000);
   const long before = resident_kB();
-  const auto begin = std::chrono::steady_clock::now();
 #ifdef __SANITIZE_ADDRESS__
   constexpr long rows = 20000;
   constexpr bool memory_is_ours = false;  // freed memory stays in the sanitizer's quarantine
@@ -405,14 +403,9 @@ TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
   constexpr bool memory_is_ours = true;
 #endif
   run(rows);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("  %.0f rows/s at order %ld, %ld kB more than before\n", static_cast<double>(rows) / seconds,
-              nominal().system.order(), resident_kB() - before);
   if (memory_is_ours) {
     EXPECT_LT(resident_kB() - before, 2000);
   }
-  // The aim is 20,000 rows/s on a machine that does nothing else; a loaded or instrumented one is slower.
-  EXPECT_GT(static_cast<double>(rows) / seconds, 2000.0);
 }
 
 }  // namespace

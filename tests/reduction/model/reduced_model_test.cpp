@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -145,27 +144,6 @@ TEST(ReducedStepper, ANaNIsReportedAndForgotten) {
   fresh.advance(reference, good, 60.0);
   fresh.advance(reference, good, 60.0);
   EXPECT_LT((state - reference).norm(), 1e-12);
-}
-
-TEST(ReducedStepper, AStepWithKeptFactorIsFast) {
-  const ReducedSystem system = random_system(100, 75, 150, 28);
-  const solver::Coefficients c = random_coefficients(system, 29);
-  ReducedStepper stepper(system);
-  VectorXd state = VectorXd::Ones(100);
-  stepper.advance(state, c, 60.0);
-  double best = 1.0;
-  for (int batch = 0; batch < 20; ++batch) {
-    const auto start = std::chrono::steady_clock::now();
-    for (int i = 0; i < 100; ++i) stepper.advance(state, c, 60.0);
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 100);
-  }
-  RecordProperty("microseconds_per_step", std::to_string(best * 1e6));
-  std::printf("a step of order 100: %.1f us\n", best * 1e6);
-#ifdef __OPTIMIZE__
-#ifndef __SANITIZE_ADDRESS__
-  EXPECT_LT(best, 50e-6) << "20,000 rows a second must be within reach";
-#endif
-#endif
 }
 
 /// Of the tool's poses that a model stores.
