@@ -44,6 +44,14 @@ void require_displacements(const Measurement& measurement) {
     throw InputError(measurement.data.source, fmt::format("{} row{}", rows, rows == 1 ? "" : "s"),
                      "at least two rows; models are judged over time");
   }
+  std::vector<std::string> silent;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind != ChannelKind::displacement) continue;
+    if (known_range(measurement.values(channel)).first >= 0) return;
+    silent.push_back(channel.id);
+  }
+  throw InputError(measurement.data.source, "no value of " + core::join(silent),
+                   "values of at least one displacement; models are compared on displacements");
 }
 
 void require_channels(const std::vector<std::string>& check, const Measurement& measurement) {

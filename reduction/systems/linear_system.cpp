@@ -59,6 +59,18 @@ void require_entries(const fs::path& file, const Sparse& matrix, const std::stri
   if (largest(matrix) == 0.0) throw InputError(file.string(), "no entry other than 0", what);
 }
 
+/// A matrix whose products with itself and with others are numbers.
+Sparse read_matrix(const fs::path& file) {
+  constexpr double most = 1e100;
+  Sparse matrix = core::read_matrix_market(file);
+  const double value = largest(matrix);
+  if (value > most || (value > 0.0 && value < 1.0 / most)) {
+    throw InputError(file.string(), fmt::format("a largest entry of {:.6g}", value),
+                     "1e-100 to 1e100, since reduction multiplies entries; scale it by other units");
+  }
+  return matrix;
+}
+
 std::vector<ParameterMatrix> read_films(const fs::path& folder, Index n) {
   const std::string prefix = "A_film_";
   std::vector<ParameterMatrix> films;
@@ -67,7 +79,7 @@ std::vector<ParameterMatrix> read_films(const fs::path& folder, Index n) {
     const std::string stem = file.stem().string();
     if (file.extension() != ".mtx" || !stem.starts_with(prefix)) continue;
     if (stem.size() == prefix.size()) throw InputError(file.string(), "no name of the parameter", "A_film_NAME.mtx");
-    films.push_back({stem.substr(prefix.size()), core::read_matrix_market(file)});
+    films.push_back({stem.substr(prefix.size()), read_matrix(file)});
     require_shape(file, films.back().matrix, n, n, "as A.mtx");
   }
   std::sort(films.begin(), films.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -150,7 +162,7 @@ LinearSystem read_linear_system(const fs::path& folder) {
       throw InputError(file(name).string(), "no such file",
                        "A.mtx, B.mtx and C.mtx; E.mtx, D.mtx and A_film_NAME.mtx where there are any");
     }
-    return core::read_matrix_market(file(name));
+    return read_matrix(file(name));
   };
   LinearSystem system;
   system.folder = folder;

@@ -46,7 +46,7 @@ struct LinearSystem {
   StateSpace at(const std::vector<double>& values) const;
 };
 
-/// @throws InputError: missing or bad file, sizes that disagree, B or C without an entry
+/// @throws InputError: missing or bad file, sizes that disagree, B or C without an entry, entries beyond 1e100
 LinearSystem read_linear_system(const std::filesystem::path& folder);
 
 /// The reduced system, of the same form. E is the identity in the results of reduce_system() and Identification.

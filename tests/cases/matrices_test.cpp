@@ -176,6 +176,8 @@ INSTANTIATE_TEST_SUITE_P(
         {"OtherSize", "C", coordinate + "1 4 1\n1 1 1\n", {"C.mtx", "1 x 4", "1 x 3"}},
         {"NoInput", "B", coordinate + "3 1 0\n", {"B.mtx", "has no input"}},
         {"NoOutput", "C", coordinate + "1 3 0\n", {"C.mtx", "has no output"}},
+        {"HugeInput", "B", coordinate + "3 1 1\n1 1 1e200\n", {"B.mtx", "1e+200", "1e-100 to 1e100"}},
+        {"TinyOutput", "C", coordinate + "1 3 1\n1 1 1e-200\n", {"C.mtx", "1e-200", "1e-100 to 1e100"}},
         {"Unstable", "A", coordinate + "3 3 3\n1 1 -1\n2 2 0.25\n3 3 -1000\n", {"not stable", "eigenvalue 0.25"}},
         {"Oscillating",
          "A",

@@ -274,6 +274,10 @@ TEST(EvaluateRecord, NamesChannelsWithoutAValueAndRefusesOneRow) {
   const Result one = toy.run({"evaluate", "--data", toy.file("one"), "--quiet"});
   EXPECT_EQ(one.status, 3);
   EXPECT_SAYS(one.err, "at least two rows");
+  write_record(toy, "silent", 30, [](double hour) { return Row{{20 + hour, 21}, std::nan("")}; });
+  const Result silent = toy.run({"evaluate", "--data", toy.file("silent"), "--quiet"});
+  EXPECT_EQ(silent.status, 3);
+  EXPECT_SAYS(silent.err, "data.csv: no value of z; allowed: values of at least one displacement");
 }
 
 TEST(EvaluateRecord, ShowsTheFitWhereAllRowsTrain) {
