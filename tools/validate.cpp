@@ -70,10 +70,14 @@ json results(const compensation::RestartStudy& study) {
                              {"off_at_h", row.off_at_h},
                              {"rms_before_um", row.before_um},
                              {"rms_through_um", row.through_um},
-                             {"rms_restarted_um", row.restarted_um}});
+                             {"rms_restarted_um", row.restarted_um},
+                             {"rms_restarted_at_once_um", row.at_once_um}});
     found["offset_rate_um_s"] = row.rate_um_s;
   }
-  for (const std::string& load : study.loads()) found["ratio"][load] = study.ratio(load);
+  for (const std::string& load : study.loads()) {
+    found["ratio"][load] = study.ratio(load);
+    found["ratio_at_once"][load] = study.ratio_at_once(load);
+  }
   return found;
 }
 

@@ -154,9 +154,11 @@ std::string validation_page(const ValidationHead& head, const compensation::Rest
   for (const std::string& load : main.loads()) {
     const double ratio = main.ratio(load);
     largest = std::max(largest, ratio);
-    sentences.push_back(fmt::format(
-        "In {}, the RMS over the hour after the return is {:.2f} times that of a compensator that never stopped.",
-        core::xml_text(load), ratio));
+    sentences.push_back(
+        fmt::format("In {}, the RMS over the hour after the return is {:.2f} times that of a compensator that never "
+                    "stopped; {:.2f} "
+                    "times if its offsets could come at once.",
+                    core::xml_text(load), ratio, main.ratio_at_once(load)));
     tiles.push_back(core::html_tile(core::xml_text(load), fmt::format("{:.2f}", ratio), "ratio of RMS"));
   }
   const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};

@@ -78,16 +78,22 @@ public:
     guards_.assign(poses_.size(), OffsetGuard(std::ssize(twin.axes()), limits));
   }
 
-  /// Takes a row. @return sum of the squares that are left over the check points, um2
-  double step(OnlineTwin& twin, Index i) {
+  /// Sums of the squares over the check points, um2.
+  struct Left {
+    double guarded = 0.0, at_once = 0.0;
+  };
+
+  /// Takes a row.
+  Left step(OnlineTwin& twin, Index i) {
     twin.step(time_[i], rows_.row(i).transpose(), readings_.row(i).transpose());
-    double sum = 0.0;
+    Left left;
     for (std::size_t p = 0; p < poses_.size(); ++p) {
       const VectorXd wanted_um = map_.offsets(twin.tcp(poses_[p])) / core::units::um;
       const VectorXd& applied_um = guards_[p].step(time_[i], wanted_um);
-      sum += (measured_[p].col(i) + reaches_[p].motion(applied_um)).squaredNorm();
+      left.guarded += (measured_[p].col(i) + reaches_[p].motion(applied_um)).squaredNorm();
+      left.at_once += (measured_[p].col(i) + reaches_[p].motion(wanted_um)).squaredNorm();
     }
-    return sum;
+    return left;
   }
   double before(Index i) const {
     double sum = 0.0;
@@ -138,16 +144,20 @@ RestartRow judge(const Measurement& measurement, const reduction::ReducedModel& 
         judged.begin(*twin);
         state.clear();
       }
-      const double left = judged.step(*twin, i);
+      const Judged::Left left = judged.step(*twin, i);
       if (time[i] <= end + 1e-6) continue;
       const double duration = time[i] - time[i - 1];
-      sum += duration * left;
-      if (stops) continue;
+      sum += duration * left.guarded;
+      if (stops) {
+        row.at_once_um += duration * left.at_once;
+        continue;
+      }
       row.before_um += duration * judged.before(i);
       count += duration * judged.poses();
     }
   }
-  for (double* sum : {&row.before_um, &row.through_um, &row.restarted_um}) *sum = std::sqrt(*sum / count);
+  for (double* sum : {&row.before_um, &row.through_um, &row.restarted_um, &row.at_once_um})
+    *sum = std::sqrt(*sum / count);
   return row;
 }
 
@@ -161,12 +171,16 @@ double rms(const std::vector<RestartRow>& rows, const std::string& load, double 
   return std::sqrt(sum / count);
 }
 
-std::vector<std::string> cells(double before_um, double through_um, double restarted_um) {
-  return {fmt::format("{:.2f}", before_um), fmt::format("{:.2f}", through_um), fmt::format("{:.2f}", restarted_um),
-          fmt::format("{:.2f}", restarted_um / through_um)};
+std::vector<std::string> cells(const RestartRow& row) {
+  std::vector<std::string> texts;
+  for (const double value : {row.before_um, row.through_um, row.restarted_um, row.restarted_um / row.through_um,
+                             row.at_once_um, row.at_once_um / row.through_um})
+    texts.push_back(fmt::format("{:.2f}", value));
+  return texts;
 }
 
-const std::vector<std::string> value_columns{"RMS um before", "never stopped", "restarted", "ratio"};
+const std::vector<std::string> value_columns{"RMS um before", "never stopped",   "restarted",
+                                             "ratio",         "offsets at once", "ratio at once"};
 
 }  // namespace
 
@@ -230,12 +244,16 @@ double RestartStudy::ratio(const std::string& load) const {
   return rms(rows, load, &RestartRow::restarted_um) / rms(rows, load, &RestartRow::through_um);
 }
 
+double RestartStudy::ratio_at_once(const std::string& load) const {
+  return rms(rows, load, &RestartRow::at_once_um) / rms(rows, load, &RestartRow::through_um);
+}
+
 Rows RestartStudy::table() const {
   Rows table{{"load", "machine", "off at h"}};
   table.front().insert(table.front().end(), value_columns.begin(), value_columns.end());
   for (const RestartRow& row : rows) {
     table.push_back({row.load, std::to_string(row.draw + 1), fmt::format("{:.2f}", row.off_at_h)});
-    const std::vector<std::string> values = cells(row.before_um, row.through_um, row.restarted_um);
+    const std::vector<std::string> values = cells(row);
     table.back().insert(table.back().end(), values.begin(), values.end());
   }
   return table;
@@ -248,9 +266,11 @@ Rows RestartStudy::summary() const {
     const auto machines =
         std::count_if(rows.begin(), rows.end(), [&](const RestartRow& row) { return row.load == load; });
     table.push_back({load, std::to_string(machines)});
-    const std::vector<std::string> values =
-        cells(rms(rows, load, &RestartRow::before_um), rms(rows, load, &RestartRow::through_um),
-              rms(rows, load, &RestartRow::restarted_um));
+    RestartRow all;
+    for (double RestartRow::*value :
+         {&RestartRow::before_um, &RestartRow::through_um, &RestartRow::restarted_um, &RestartRow::at_once_um})
+      all.*value = rms(rows, load, value);
+    const std::vector<std::string> values = cells(all);
     table.back().insert(table.back().end(), values.begin(), values.end());
   }
   return table;
@@ -258,7 +278,11 @@ Rows RestartStudy::summary() const {
 
 std::string RestartStudy::brief() const {
   return core::format_table(table()) + core::format_table(summary()) +
-         (rows.empty() ? "" : fmt::format("offsets move from 0 at {:.3g} um/s at most\n", rows.front().rate_um_s));
+         (rows.empty()
+              ? ""
+              : fmt::format("offsets move from 0 at {:.3g} um/s at most; the last two columns are without this "
+                            "limit\n",
+                            rows.front().rate_um_s));
 }
 
 RestartStudy RestartStudy::first(int draws) const {

@@ -19,6 +19,7 @@ struct RestartRow {
   double before_um = 0;     ///< without compensation
   double through_um = 0;    ///< of a compensator that never stopped
   double restarted_um = 0;  ///< of one that went on from its state
+  double at_once_um = 0;    ///< the same, with its offsets without the guard: what its state alone costs
   double rate_um_s = 0;     ///< of the guard while the axes stand
 };
 
@@ -28,6 +29,7 @@ struct RestartStudy {
   std::vector<std::string> loads() const;  ///< names, each once
   /// RMS over the machines of a load after a restart, over that of compensators that never stopped.
   double ratio(const std::string& load) const;
+  double ratio_at_once(const std::string& load) const;  ///< the same without the guard
   Rows table() const;    ///< a row for each machine and load
   Rows summary() const;  ///< a row for each load
   std::string brief() const;

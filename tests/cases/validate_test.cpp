@@ -130,6 +130,9 @@ TEST(Validate, ARestartIsJudgedBesideARunThatNeverStopped) {
   EXPECT_DOUBLE_EQ(slow["offset_rate_um_s"], 0.2);
   EXPECT_GT(slow["ratio"]["mixed_off"], 1.2 * found["ratio"]["mixed_off"].get<double>());
   EXPECT_LT(quick["ratio"]["mixed_off"], found["ratio"]["mixed_off"]);
+  // Without the guard its rate does not matter, and a fast guard comes near it.
+  EXPECT_DOUBLE_EQ(slow["ratio_at_once"]["mixed_off"], quick["ratio_at_once"]["mixed_off"]);
+  EXPECT_NEAR(quick["ratio"]["mixed_off"], quick["ratio_at_once"]["mixed_off"], 0.02);
   EXPECT_SAYS(read(toy.result("validation/report.html")), "Restart after an hour off");
   toy.write(
       "loads/one.toml",
