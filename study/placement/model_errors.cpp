@@ -77,9 +77,13 @@ std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const me
     meshes.push_back(std::move(made));
     others += (others.empty() ? "" : " and ") + other.words();
   };
-  const std::string reason = reduction::with_second_model(machine_case, mesh, sensors, cache, run_on);
-  if (!reason.empty()) core::warn("no second mesh, hence the choice of sensors neglects the mesh error: " + reason);
-  if (reason.empty()) reduction::with_finer_model(machine_case, mesh, sensors, cache, run_on);
+  const std::string no_second = reduction::with_second_model(machine_case, mesh, sensors, cache, run_on);
+  const std::string no_finer = reduction::with_finer_model(machine_case, mesh, sensors, cache, run_on);
+  if (meshes.empty()) {
+    core::warn("no other mesh, hence the choice of sensors neglects the mesh error: " + no_second);
+  } else if (meshes.size() == 1) {
+    core::warn("the mesh error is that of one other mesh: " + (no_second.empty() ? no_finer : no_second));
+  }
   std::vector<ModelErrors> found;
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const Run nominal = run_of(model, loads[l], places, tcp);

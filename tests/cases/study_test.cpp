@@ -603,6 +603,7 @@ TEST(StudySensors, RegardsTheErrorOfASmallerMeshToo) {
   const std::string meshes = summary["second_mesh"];
   EXPECT_SAYS(meshes, "quadratic tetrahedra, ");
   EXPECT_SAYS(meshes, " nodes and linear tetrahedra, ");
+  EXPECT_EQ(made.err.find("the mesh error is that of one other mesh"), std::string::npos) << made.err;
 }
 
 TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
@@ -612,6 +613,7 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
       {"study", "sensors", toy.path(), "--spacing", "80", "--every", "21", "--json", "--quiet", "--confirm", "1"});
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_SAYS(made.err, "--every 21: 'mixed' has a row every 4 min, so the filter corrects every 20 min");
+  EXPECT_SAYS(made.err, "the mesh error is that of one other mesh: element_size_mm has no influence on its bodies");
   const json summary = json::parse(made.out);
   EXPECT_EQ(summary["chosen"]["sensors"], summary["own"]["sensors"]);
   EXPECT_LT(summary["chosen"]["left_um"].get<double>(), summary["own"]["left_um"].get<double>());
