@@ -20,7 +20,7 @@ namespace thermotwin::tools {
 void write_page(const std::filesystem::path& file, const std::function<std::string()>& make);
 
 /// Options of mesh and solver as they were given, each after a blank, for a command that goes on.
-std::string mesh_words(const std::string& size, int mesh_order, const std::string& solver);
+std::string mesh_words(const std::string& size, int mesh_order, const std::string& solver = "auto");
 
 /// What may follow a diagnosis. @param folder, model  empty: none was given  @param data  one or more records
 std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,

@@ -596,14 +596,21 @@ TEST_F(StudyVariants, TwoProgramsInOneStudyAreRefused) {
 TEST(StudySensors, RegardsTheErrorOfASmallerMeshToo) {
   const Toy toy;
   toy.edit("machine.toml", "element_size_mm = 160", "element_size_mm = 70");
-  const Result made = toy.run({"study", "sensors", toy.path(), "--spacing", "300", "--count", "1", "--exchanges", "0",
-                               "--every", "60", "--load", "warm_up", "--json", "--quiet"});
+  std::vector<std::string> words{"study",   "sensors", toy.path(),    "--spacing", "300",
+                                 "--count", "1",       "--exchanges", "0",         "--every",
+                                 "60",      "--load",  "warm_up",     "--json",    "--quiet"};
+  const Result made = toy.run(words);
   ASSERT_EQ(made.status, 0) << made.err;
   const json summary = json::parse(made.out);
   const std::string meshes = summary["second_mesh"];
   EXPECT_SAYS(meshes, "quadratic tetrahedra, ");
   EXPECT_SAYS(meshes, " nodes and linear tetrahedra, ");
   EXPECT_EQ(made.err.find("the mesh error is that of one other mesh"), std::string::npos) << made.err;
+  words.insert(words.end(), {"--size", "1.5"});
+  const Result larger = toy.run(words);
+  ASSERT_EQ(larger.status, 0) << larger.err;
+  EXPECT_NE(json::parse(larger.out)["second_mesh"], meshes);
+  EXPECT_SAYS(read(toy.result("study/sensors/report.html")), "--size 1.5 --count 1");
 }
 
 TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {

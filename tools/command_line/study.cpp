@@ -98,6 +98,7 @@ std::shared_ptr<CommonOptions> add_sensors(CLI::App& group) {
                             "TCP error.",
                             "thermotwin study sensors cases/vmc5 --count 9 --confirm 5", options, &study_sensors);
   verb->add_option("CASE", sensors.case_path, "Case folder or case.toml.")->required();
+  add_mesh_options(*verb, sensors.size, sensors.mesh_order, "--mesh-order");
   verb->add_option("--count", sensors.count, "Number of sensors (default: as many as the case has).")
       ->check(CLI::Range(1, 200));
   verb->add_option("--load", sensors.loads,

@@ -10,6 +10,7 @@
 
 #include "compensation/evaluation/validation.h"
 #include "core/error.h"
+#include "mesh/machine_mesh.h"
 #include "study/placement/placed_model.h"
 
 namespace thermotwin::tools {
@@ -91,6 +92,8 @@ ConfirmedSensors confirmed_sensors(const StudySensorsOptions& options, const sol
   settings.draws = options.confirm;
   settings.machine.what = compensation::Perturb::thermal;
   settings.machine.probe_noise_um = 0.0;  // it would count to what the compensator leaves
+  // A mesh that is finer than the model's, whatever its size.
+  settings.machine.size_factor *= std::min(1.0, mesh::size_factor(machine_case.machine, machine_case.size));
   settings.machine.mesh_cache = options.out / "cache";
   settings.keep = options.out / "study/sensors/measured";
   std::vector<ValidationRow> own, chosen;

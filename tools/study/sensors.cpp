@@ -103,7 +103,7 @@ json summary_of(const ChosenSensors& choice, Index order, double seconds) {
 void study_sensors(const StudySensorsOptions& given) {
   const Stopwatch time;
   StudySensorsOptions options = given;
-  const solver::Case machine_case = open_case(options.case_path, "", 0);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   if (options.loads.empty()) options.loads = machine_case.holdout;
   const std::vector<solver::LoadProgram> loads = load_programs(machine_case, options.loads);
   if (loads.empty()) throw core::UsageError("--load: the case holds no load program out");

@@ -11,6 +11,7 @@
 #include "core/quoted.h"
 #include "core/units.h"
 #include "diagnosis/report/scene.h"
+#include "tools/page.h"
 #include "tools/shell_command.h"
 
 namespace thermotwin::tools {
@@ -50,7 +51,8 @@ std::string curve_svg(const ChosenSensors& choice) {
 /// The same choice again.
 std::string command_of(const StudySensorsOptions& options, std::size_t count) {
   const StudySensorsOptions usual;
-  return ShellCommand(fmt::format("thermotwin study sensors {} --count {}", core::shell_word(options.case_path), count))
+  return ShellCommand(fmt::format("thermotwin study sensors {}{} --count {}", core::shell_word(options.case_path),
+                                  mesh_words(options.size, options.mesh_order), count))
       .texts("--load", options.loads)
       .texts("--body", options.bodies)
       .texts("--without", options.without)

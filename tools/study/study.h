@@ -40,6 +40,8 @@ struct StudyValidateOptions : ValidateOptions {
 
 struct StudySensorsOptions : CommonOptions {
   std::filesystem::path case_path;
+  std::string size;    ///< empty: the case's own
+  int mesh_order = 0;  ///< 0: the machine's own
   std::vector<std::string> loads, bodies, without;
   int count = 0;  ///< 0: as many as the case has
   double spacing_mm = 60, noise_K = 0.05, bias_K = 0.1, every_min = 20;
