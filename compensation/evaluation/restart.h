@@ -30,8 +30,8 @@ struct RestartStudy {
   /// RMS over the machines of a load after a restart, over that of compensators that never stopped.
   double ratio(const std::string& load) const;
   double ratio_at_once(const std::string& load) const;  ///< the same without the guard
-  Rows table() const;    ///< a row for each machine and load
-  Rows summary() const;  ///< a row for each load
+  Rows table() const;                                   ///< a row for each machine and load
+  Rows summary() const;                                 ///< a row for each load
   std::string brief() const;
   RestartStudy first(int draws) const;
 };
