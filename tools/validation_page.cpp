@@ -156,8 +156,7 @@ std::string validation_page(const ValidationHead& head, const compensation::Rest
     largest = std::max(largest, ratio);
     sentences.push_back(
         fmt::format("In {}, the RMS over the hour after the return is {:.2f} times that of a compensator that never "
-                    "stopped; {:.2f} "
-                    "times if its offsets could come at once.",
+                    "stopped, and {:.2f} times if the offsets could come at once.",
                     core::xml_text(load), ratio, main.ratio_at_once(load)));
     tiles.push_back(core::html_tile(core::xml_text(load), fmt::format("{:.2f}", ratio), "ratio of RMS"));
   }

@@ -28,6 +28,8 @@ using Eigen::VectorXd;
 constexpr double row_s = 60.0;                       ///< of a control
 constexpr double quick_s = 1.0, quick_for_s = 60.0;  ///< rows after the return, while the offsets move from 0
 constexpr const char* off_name = "off between";
+constexpr double RestartRow::*values[] = {&RestartRow::before_um, &RestartRow::through_um, &RestartRow::restarted_um,
+                                          &RestartRow::at_once_um};
 
 /// When the hour begins; negative: there is none.
 double off_at(const solver::LoadProgram& program) {
@@ -156,8 +158,7 @@ RestartRow judge(const Measurement& measurement, const reduction::ReducedModel& 
       count += duration * judged.poses();
     }
   }
-  for (double* sum : {&row.before_um, &row.through_um, &row.restarted_um, &row.at_once_um})
-    *sum = std::sqrt(*sum / count);
+  for (double RestartRow::*value : values) row.*value = std::sqrt(row.*value / count);
   return row;
 }
 
@@ -253,8 +254,8 @@ Rows RestartStudy::table() const {
   table.front().insert(table.front().end(), value_columns.begin(), value_columns.end());
   for (const RestartRow& row : rows) {
     table.push_back({row.load, std::to_string(row.draw + 1), fmt::format("{:.2f}", row.off_at_h)});
-    const std::vector<std::string> values = cells(row);
-    table.back().insert(table.back().end(), values.begin(), values.end());
+    const std::vector<std::string> texts = cells(row);
+    table.back().insert(table.back().end(), texts.begin(), texts.end());
   }
   return table;
 }
@@ -267,11 +268,9 @@ Rows RestartStudy::summary() const {
         std::count_if(rows.begin(), rows.end(), [&](const RestartRow& row) { return row.load == load; });
     table.push_back({load, std::to_string(machines)});
     RestartRow all;
-    for (double RestartRow::*value :
-         {&RestartRow::before_um, &RestartRow::through_um, &RestartRow::restarted_um, &RestartRow::at_once_um})
-      all.*value = rms(rows, load, value);
-    const std::vector<std::string> values = cells(all);
-    table.back().insert(table.back().end(), values.begin(), values.end());
+    for (double RestartRow::*value : values) all.*value = rms(rows, load, value);
+    const std::vector<std::string> texts = cells(all);
+    table.back().insert(table.back().end(), texts.begin(), texts.end());
   }
   return table;
 }

@@ -36,7 +36,7 @@ struct ModelErrors {
 /// @param tcp       (3 poses x order) translations at the poses of the workspace per state, um/K
 /// @param along     times of each load
 /// @param cache     folder of meshes
-/// @param others    the meshes in words; empty, with a warning, where none differs or can be made
+/// @param others    the meshes in words; a warning names one that does not differ or cannot be made; empty: neither
 std::vector<ModelErrors> model_errors(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                                       const reduction::ReducedModel& model,
                                       const std::vector<mesh::SensorSpec>& sensors, const Eigen::MatrixXd& places,
