@@ -62,25 +62,40 @@ double tt_by_speed(double relative, double exponent) {
   return exponent == 0.0 || !(relative > 0.0) ? 1.0 : tt_pow(tt_max(relative, 1e-3), exponent);
 }
 
-/* Integral of |sin| from 0 to x. */
-static double integral_of_magnitude(double x) {
-  const double whole = floor(x / TT_PI);
-  return 2.0 * whole + 1.0 - tt_cos(x - whole * TT_PI);
+/* Integral of |sin + f| from 0 to x; alpha: arcsine of f, 0 to pi / 2. */
+static double integral_of_torque(double x, double f, double alpha) {
+  const double periods = floor(x / (2.0 * TT_PI)), y = x - 2.0 * TT_PI * periods, begins = TT_PI + alpha;
+  const double last = 2.0 * TT_PI - alpha, cosine = tt_cos(alpha);
+  double negative = periods * (2.0 * cosine - f * (last - begins)); /* of sin + f, where it is below 0 */
+  if (y > begins) {
+    const double to = tt_min(y, last);
+    negative += tt_cos(to) + cosine - f * (to - begins);
+  }
+  return 1.0 - tt_cos(x) + f * x + 2.0 * negative;
 }
 
-static double holding_power(const double* numbers, double low, double high) {
-  if (high < low) {
-    const double kept = low;
-    low = high;
-    high = kept;
-  }
-  const double a = low - numbers[0], b = high - numbers[0];
-  double magnitude = fabs(tt_sin(a)), square = magnitude * magnitude;
-  if (b - a > 1e-9) {
-    magnitude = (integral_of_magnitude(b) - integral_of_magnitude(a)) / (b - a);
-    square = 0.5 - tt_cos(a + b) * tt_sin(b - a) / (2.0 * (b - a));
+/* W between the angles a and b, from the one at which the mass hangs, after a motion in positive direction. */
+static double torque_power(const double* numbers, double a, double b) {
+  const double f = numbers[3], width = b - a;
+  double magnitude = fabs(tt_sin(a) + f), square = magnitude * magnitude;
+  if (width > 1e-9) {
+    magnitude = (integral_of_torque(b, f, numbers[4]) - integral_of_torque(a, f, numbers[4])) / width;
+    square = 0.5 - tt_cos(a + b) * tt_sin(width) / (2.0 * width) + f * (f + 2.0 * (tt_cos(a) - tt_cos(b)) / width);
   }
   return numbers[1] * (numbers[2] * magnitude + (1.0 - numbers[2]) * square);
+}
+
+static double holding_power(const double* numbers, const double* row, double low, double high) {
+  double a = low - numbers[0], b = high - numbers[0], positive;
+  if (b < a) {
+    const double kept = a;
+    a = b;
+    b = kept;
+  }
+  if (!(numbers[3] > 0.0)) return torque_power(numbers, a, b);
+  positive = row[(int)numbers[5]];
+  /* |sin(x) - f| is |sin(x + pi) + f| */
+  return positive * torque_power(numbers, a, b) + (1.0 - positive) * torque_power(numbers, a + TT_PI, b + TT_PI);
 }
 
 static double motor_power(const tt_model* m, int loss, double turns_per_s, double on) {
@@ -101,7 +116,7 @@ double tt_loss_power(const tt_model* m, int loss, const double* row) {
     if (!tt_is_finite(low) || !tt_is_finite(high)) low = high = row[m->loss_position[loss]];
     if (!tt_is_finite(low)) return 0.0;
     const double unit = m->loss_to_position[loss];
-    return row[m->machine_on] * (1.0 - row[m->loss_clamp[loss]]) * holding_power(numbers, low * unit, high * unit);
+    return row[m->machine_on] * (1.0 - row[m->loss_clamp[loss]]) * holding_power(numbers, row, low * unit, high * unit);
   }
   if (!tt_is_finite(speed)) return 0.0; /* input not supplied: the law contributes zero */
   switch (m->loss_kind[loss]) {

@@ -8,7 +8,8 @@
  *   TT_GUIDE    coulomb N, viscous N s/m
  *   TT_SCREW    force N
  *   TT_MOTOR    torque constant N m/A, copper W/A^2, hysteresis W, eddy W, nominal speed in turns a second
- *   TT_HOLDING  balanced angle rad, full power W, linear share */
+ *   TT_HOLDING  balanced angle rad, full power W, linear share, friction over the largest moment, its arcsine, channel
+ *               of the share of the time after a motion in positive direction (where there is friction) */
 
 #include "compensation/control/model.h"
 

@@ -279,7 +279,9 @@ private:
       return TT_MOTOR;
     }
     const auto& holding = std::get<mesh::HoldingLoss>(loss.law);
-    numbers = {holding.balanced, holding.full_power, holding.linear_share};
+    const int axis = machine_.axis_index(loss.motion);
+    numbers = {holding.balanced, holding.full_power,          holding.linear_share,
+               holding.friction, std::asin(holding.friction), 1.0 * channels_.of_axis(axis).positive};
     return TT_HOLDING;
   }
 

@@ -14,8 +14,8 @@ extern "C" {
 #endif
 
 #define TT_MODEL_MAGIC "tt model"
-/* Version 2 may have tables over the time of day. Version 1 has none; its layout is the same. */
-enum { TT_MODEL_FIRST_VERSION = 1, TT_MODEL_VERSION = 2 };
+/* Version 2 may have tables over the time of day, version 3 a holding axis with friction. The layout is the same. */
+enum { TT_MODEL_FIRST_VERSION = 1, TT_MODEL_VERSION = 3 };
 
 typedef struct tt_model_head {
   char magic[8];

@@ -27,6 +27,7 @@ std::vector<std::string> channels(const Machine& machine) {
     for (const std::string& quantity : {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})
       names.push_back("axis." + axis.id + "." + quantity);
     if (machine.has_clamp(axis.id)) names.push_back("axis." + axis.id + ".clamp.on");
+    if (machine.has_direction(axis.id)) names.push_back("axis." + axis.id + ".positive.on");
   }
   for (const AmbientSpec& ambient : machine.ambients) {
     names.push_back(ambient.id + ".T_C");

@@ -56,9 +56,10 @@ struct MotorLoss {
 };
 /// A horizontal rotary axis without balance or clamp, whose motor holds moment * sin(angle - balanced).
 struct HoldingLoss {
-  double balanced = 0;      ///< rad, the angle without a moment
+  double balanced = 0;      ///< rad, the angle without a moment; with friction, that at which the mass hangs
   double full_power = 0;    ///< W with the lever arm horizontal
   double linear_share = 0;  ///< share of full_power proportional to the torque; the rest goes with its square
+  double friction = 0;      ///< torque of friction over the largest moment: its sign is that of the last motion
 };
 
 /// One loss of a source. Its part turns `turns` times per turn of the spindle or rotary axis, or per metre of a linear

@@ -141,6 +141,7 @@ HoldingLoss read_holding(const Node& node, const Axis& axis) {
                      "an axis about which gravity has a lever arm");
   }
   loss.balanced = node.number("balanced_at_deg") * degree;
+  loss.friction = node.number("friction_share");
   if (node.has("full_power_W")) {
     for (const char* key : {"mass_kg", "lever_mm", "torque_constant_Nm_A", "resistance_ohm", "phases", "winding_C"})
       refuse(node, key, "either full_power_W or the motor's data");

@@ -18,6 +18,17 @@ int index_of(const std::vector<Item>& items, const std::string& id) {
   return -1;
 }
 
+/// @return whether a holding law of the axis meets the condition
+template <class Condition>
+bool holds(const Machine& machine, const std::string& axis, const Condition& condition) {
+  return std::any_of(machine.sources.begin(), machine.sources.end(), [&](const SourceSpec& source) {
+    return std::any_of(source.losses.begin(), source.losses.end(), [&](const LossLaw& loss) {
+      const auto* holding = std::get_if<HoldingLoss>(&loss.law);
+      return loss.motion == axis && holding != nullptr && condition(*holding);
+    });
+  });
+}
+
 }  // namespace
 
 Machine::Machine() = default;
@@ -49,11 +60,10 @@ void Machine::require_plausible(double value_C, const std::string& place) const 
 bool Machine::has_clamp(const std::string& axis) const {
   return std::any_of(joints.begin(), joints.end(),
                      [&](const JointSpec& joint) { return joint.axis == axis && joint.law.clamped_pressure > 0.0; }) ||
-         std::any_of(sources.begin(), sources.end(), [&](const SourceSpec& source) {
-           return std::any_of(source.losses.begin(), source.losses.end(), [&](const LossLaw& loss) {
-             return loss.motion == axis && std::holds_alternative<HoldingLoss>(loss.law);
-           });
-         });
+         holds(*this, axis, [](const HoldingLoss&) { return true; });
+}
+bool Machine::has_direction(const std::string& axis) const {
+  return holds(*this, axis, [](const HoldingLoss& holding) { return holding.friction > 0.0; });
 }
 
 }  // namespace thermotwin::mesh

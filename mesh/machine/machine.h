@@ -315,6 +315,8 @@ struct Machine {
   bool has_tcp() const { return !tcp.tool_body.empty(); }
   /// @return whether a law uses the channel "axis.<id>.clamp.on"
   bool has_clamp(const std::string& axis) const;
+  /// @return whether a law uses the channel "axis.<id>.positive.on"
+  bool has_direction(const std::string& axis) const;
 };
 
 }  // namespace thermotwin::mesh

@@ -201,6 +201,9 @@ const KeyTable law{
                     "holding: power with a horizontal lever arm."),
         key::number("linear_share", "1", share, 0.0,
                     "holding: share of that power that is proportional to the moment instead of its square."),
+        key::number("friction_share", "1", share, 0.0,
+                    "holding: friction over the largest moment. The motor holds more after a motion against the moment "
+                    "than after one with it; `balanced_at_deg` is where the mass hangs."),
         key::number("mass_kg", "kg", {0.0, 1e6}, Absent{"full_power_W"}, "holding: mass that is held."),
         key::number("lever_mm", "mm", {0.0, 1e5}, Absent{"full_power_W"}, "holding: its distance from the axis."),
     }};

@@ -11,6 +11,7 @@
 #include "core/page_text.h"
 #include "core/units.h"
 #include "mesh/machine/cutting_fluid.h"
+#include "solver/operation/channels.h"
 
 namespace thermotwin::nc {
 
@@ -40,6 +41,7 @@ RowBuilder::RowBuilder(Positions start, double interval, ProcessHeat& process, s
       take_(std::move(take)),
       at_(std::move(start)) {
   travel_ = Positions::Zero(at_.size());
+  direction_ = Positions::Constant(at_.size(), solver::either_direction);
   begin();
 }
 
@@ -48,7 +50,7 @@ void RowBuilder::begin() {
   row_ = Row{};
   fastest_rpm_ = 0.0;
   row_.from = row_.to = from;
-  row_.travel = Positions::Zero(at_.size());
+  row_.travel = row_.positive = Positions::Zero(at_.size());
   row_.low = row_.high = row_.end = at_;
   row_.process_W = Eigen::VectorXd::Zero(std::ssize(process_.drives()));
 }
@@ -61,6 +63,7 @@ void RowBuilder::close(double to) {
   row_.spindle_rpm = std::min(row_.spindle_rpm / duration, fastest_rpm_);
   row_.fluid = std::min(1.0, row_.fluid / duration);
   row_.process_W /= duration;
+  row_.positive /= duration;
   row_.end = at_;
   travel_ += row_.travel;
   take_(row_);
@@ -75,12 +78,17 @@ void RowBuilder::stretch(const Timed& timed, double from, double to) {
   fastest_rpm_ = std::max(fastest_rpm_, rpm);
   if (element.state.flood || element.state.mist) row_.fluid += duration;
   process_.add(timed, from, to, row_.process_W);
-  if (element.pause > 0.0) return;
-  // Exactly whole: sums of times carry rounding.
-  const double u0 = from > timed.start ? timed.share_at(from - timed.start) : 0.0,
-               u1 = to < timed.start + timed.duration() ? timed.share_at(to - timed.start) : 1.0;
-  element.sweep(u0, u1, row_.travel, row_.low, row_.high);
-  at_ = element.at(u1);
+  if (!(element.pause > 0.0)) {
+    // Exactly whole: sums of times carry rounding.
+    const double u0 = from > timed.start ? timed.share_at(from - timed.start) : 0.0,
+                 u1 = to < timed.start + timed.duration() ? timed.share_at(to - timed.start) : 1.0;
+    element.sweep(u0, u1, row_.travel, row_.low, row_.high);
+    const Positions now = element.at(u1);
+    for (Eigen::Index i = 0; i < now.size(); ++i)
+      if (now[i] != at_[i]) direction_[i] = now[i] > at_[i] ? 1.0 : 0.0;
+    at_ = now;
+  }
+  row_.positive += duration * direction_;
 }
 
 void RowBuilder::add(const Timed& timed) {
@@ -109,6 +117,7 @@ std::string rows_header(const mesh::Machine& machine, const std::vector<std::str
     const char* unit = unit_name(axis);
     text +=
         fmt::format(",axis.{0}.position_{1},axis.{0}.feed_{1}_min,axis.{0}.low_{1},axis.{0}.high_{1}", axis.id, unit);
+    if (machine.has_direction(axis.id)) text += fmt::format(",axis.{}.positive.on", axis.id);
   }
   return text + "\n";
 }
@@ -117,8 +126,10 @@ std::string first_row_text(const mesh::Machine& machine, const std::vector<std::
                            double clock) {
   std::string text = fmt::format("{},0,0", clock);
   for (std::size_t i = 0; i < drives.size(); ++i) text += ",0";
-  for (std::size_t i = 0; i < machine.axes.size(); ++i)
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     text += fmt::format(",{},0,,", start[i] / unit_of(machine.axes[i]));
+    if (machine.has_direction(machine.axes[i].id)) text += fmt::format(",{}", solver::either_direction);
+  }
   return text + "\n";
 }
 
@@ -133,6 +144,7 @@ std::string row_text(const mesh::Machine& machine, const Row& row, double clock)
     text += fmt::format(",{},{}", row.end[i] / unit, feed / unit);
     // An axis that stands has no range.
     text += high > low ? fmt::format(",{},{}", low / unit, high / unit) : std::string(",,");
+    if (machine.has_direction(axis.id)) text += fmt::format(",{}", row.positive[i]);
   }
   return text + "\n";
 }
@@ -154,6 +166,7 @@ Eigen::VectorXd row_channels(const mesh::Machine& machine, const std::vector<std
     const double in_unit = unit_of(axis);
     const auto [low, high] = range_of(axis, row, i);
     set(prefix + "position_" + unit, row.end[i] / in_unit);
+    if (row.positive.size() > 0) set(prefix + "positive.on", row.positive[i]);
     set(prefix + "feed_" + unit + "_min", row.travel[i] / (row.to - row.from) * units::minute / in_unit);
     if (high > low) {
       set(prefix + "low_" + unit, low / in_unit);

@@ -17,9 +17,10 @@ namespace thermotwin::nc {
 struct Row {
   double from = 0, to = 0;           ///< s
   Positions travel, low, high, end;  ///< (axes) m and rad
-  double spindle_rpm = 0;            ///< mean of the absolute value
-  double fluid = 0;                  ///< share of the time
-  Eigen::VectorXd process_W;         ///< (drives of the process) mean power
+  Positions positive;      ///< (axes) share of the time whose last motion was in positive direction; empty: not known
+  double spindle_rpm = 0;  ///< mean of the absolute value
+  double fluid = 0;        ///< share of the time
+  Eigen::VectorXd process_W;  ///< (drives of the process) mean power
 };
 
 class RowBuilder {
@@ -44,6 +45,7 @@ private:
   Row row_;
   double fastest_rpm_ = 0;  ///< of the row
   Positions at_, travel_;
+  Positions direction_;  // (axes) of the last motion: 1 positive, 0 negative
 };
 
 /// Header and rows of rows.csv, which `compensate` reads. @param drives  of the process

@@ -30,8 +30,9 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "low_" + unit, not_given);
     add(id + "high_" + unit, not_given);
     if (machine.has_clamp(axis.id)) add(id + "clamp.on", 0.0);
+    if (machine.has_direction(axis.id)) add(id + "positive.on", either_direction);
     axes_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit),
-                     index(id + "high_" + unit), index(id + "clamp.on"),
+                     index(id + "high_" + unit), index(id + "clamp.on"), index(id + "positive.on"),
                      axis.kind == mesh::AxisKind::linear ? core::units::mm : core::units::deg});
   }
   // One that follows another has no temperature of its own until it is measured. A gradient that is not given is the

@@ -17,9 +17,12 @@ namespace thermotwin::solver {
 /// A value that nobody gives: the model then uses its own law or controller.
 inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
-/// Channels of an axis; clamped -1: it has no clamp.
+/// Of a channel "axis.<id>.positive.on" where the direction of the last motion is unknown, or both are as frequent.
+inline constexpr double either_direction = 0.5;
+
+/// Channels of an axis; -1: clamped, no clamp; positive, no law asks for the direction of its last motion.
 struct AxisChannels {
-  int position, feed, low, high, clamped;
+  int position, feed, low, high, clamped, positive;
   double unit;  ///< SI value of one unit of the position
 };
 
@@ -33,7 +36,7 @@ public:
   int index(const std::string& name) const;
   const AxisChannels& of_axis(std::size_t axis) const { return axes_[axis]; }
 
-  /// Standing machine that is on: speeds 0, axes at home, ambients at default_C, coolants on,
+  /// Standing machine that is on: speeds 0, axes at home by either direction, ambients at default_C, coolants on,
   /// cutting fluid off; not_given for powers, coolant inlets and ranges (low, high).
   const Eigen::VectorXd& defaults() const { return defaults_; }
 

@@ -164,6 +164,12 @@ private:
     const auto at = [&](const std::string& name) -> double& { return motion[channels_.index(prefix + name)]; };
     const Range travel = u.travel();
     const double duty = node.number("duty_percent") / 100.0;
+    const double before = channel(prefix + key("position"));
+    const int positive = channels_.index(prefix + "positive.on");
+    // A law of the power while the axis holds: after the phase it has come to its stated position from either side.
+    const auto set_direction = [&](double last) {
+      if (positive >= 0) row_[positive] = motion[positive] = last;
+    };
 
     double feed = 0.0;
     if (u.axis.kind == mesh::AxisKind::rotary && node.has("speed_rpm")) {
@@ -177,9 +183,9 @@ private:
                          "one of the two ways");
       }
       if (feed > 0.0 && duty > 0.0) {
-        const double start = channel(prefix + "position_deg");
-        at("low_deg") = start;
-        at("high_deg") = start + 360.0;
+        at("low_deg") = before;
+        at("high_deg") = before + 360.0;
+        set_direction(either_direction);
       }
     } else if (node.has(key("low")) || node.has(key("high"))) {
       const double low = node.number(key("low"), travel), high = node.number(key("high"), travel);
@@ -197,8 +203,11 @@ private:
       feed = node.number(key("feed") + "_min", Range{0.0, u.fastest()});
       // An axis that moves for no part of the phase stands in the middle of its range.
       if (feed == 0.0 || duty == 0.0) at(key("low")) = at(key("high")) = not_given;
+      set_direction(either_direction);
     } else if (node.has(key("position"))) {
-      at(key("position")) = channel(prefix + key("position")) = node.number(key("position"), travel);
+      const double now = node.number(key("position"), travel);
+      if (now != before) set_direction(now > before ? 1.0 : 0.0);
+      at(key("position")) = channel(prefix + key("position")) = now;
     } else {
       throw InputError(node.place(), "no motion",
                        "low and high with a feed, or a position" + std::string(u.axis.endless ? ", or speed_rpm" : "") +
@@ -320,8 +329,8 @@ private:
         const int index = channels_.index(prefix + name);
         start[index] = end[index] = motion[index];
       }
-      if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0)
-        start[clamped] = end[clamped] = motion[clamped];
+      for (const char* const name : {"clamp.on", "positive.on"})
+        if (const int index = channels_.index(prefix + name); index >= 0) start[index] = end[index] = motion[index];
     }
     if (!on) {
       const auto silence = [&](const std::string& name) {

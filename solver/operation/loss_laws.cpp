@@ -14,10 +14,28 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Integral of |sin| from 0 to x.
-double integral_of_magnitude(double x) {
-  const double whole = std::floor(x / pi);
-  return 2.0 * whole + 1.0 - std::cos(x - whole * pi);
+/// Integral of |sin + f| from 0 to x, f from 0 to 1.
+double integral_of_torque(double x, double f) {
+  const double alpha = std::asin(f), periods = std::floor(x / (2.0 * pi)), y = x - 2.0 * pi * periods;
+  // sin + f is negative from pi + alpha to 2 pi - alpha only.
+  const auto negative = [&](double to) { return std::cos(to) + std::cos(alpha) - f * (to - pi - alpha); };
+  const double last = 2.0 * pi - alpha, of_this = y > pi + alpha ? negative(std::min(y, last)) : 0.0;
+  return 1.0 - std::cos(x) + f * x + 2.0 * (periods * negative(last) + of_this);
+}
+
+struct Torque {
+  double magnitude, square;  ///< means over a range; 1: of the largest moment
+};
+
+/// Of sin + f. @param a, b  angles from the one at which the mass hangs
+Torque torque_over(double a, double b, double f) {
+  if (!(b - a > 1e-9)) {
+    const double at = std::abs(std::sin(a) + f);
+    return {at, at * at};
+  }
+  return {(integral_of_torque(b, f) - integral_of_torque(a, f)) / (b - a),
+          0.5 - std::cos(a + b) * std::sin(b - a) / (2.0 * (b - a)) +
+              f * (f + 2.0 * (std::cos(a) - std::cos(b)) / (b - a))};
 }
 
 /// Where sin^2 is largest within [low, high].
@@ -60,15 +78,17 @@ double loss_power(const mesh::MotorLoss& motor, double turns_per_s, double on) {
   return power;
 }
 
-double loss_power(const mesh::HoldingLoss& holding, double low, double high) {
+double loss_power(const mesh::HoldingLoss& holding, double low, double high, double positive) {
   if (high < low) std::swap(low, high);
   const double a = low - holding.balanced, b = high - holding.balanced;
-  double magnitude = std::abs(std::sin(a)), square = magnitude * magnitude;
-  if (b - a > 1e-9) {
-    magnitude = (integral_of_magnitude(b) - integral_of_magnitude(a)) / (b - a);
-    square = 0.5 - std::cos(a + b) * std::sin(b - a) / (2.0 * (b - a));
-  }
-  return holding.full_power * (holding.linear_share * magnitude + (1.0 - holding.linear_share) * square);
+  const auto power = [&](const Torque& torque) {
+    return holding.full_power *
+           (holding.linear_share * torque.magnitude + (1.0 - holding.linear_share) * torque.square);
+  };
+  const double after_positive = power(torque_over(a, b, holding.friction));
+  if (!(holding.friction > 0.0)) return after_positive;
+  // |sin(x) - f| is |sin(x + pi) + f|.
+  return positive * after_positive + (1.0 - positive) * power(torque_over(a + pi, b + pi, holding.friction));
 }
 
 LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, const mesh::LossLaw& loss) {
@@ -89,6 +109,7 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   low_ = of_axis.low;
   high_ = of_axis.high;
   clamped_ = of_axis.clamped;
+  positive_ = of_axis.positive;
   to_position_ = of_axis.unit;
   fastest_ = axis.rapid * core::units::minute / to_position_;
   const bool by_speed =
@@ -105,9 +126,9 @@ double LossInput::power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) c
   if (const auto* holding = std::get_if<mesh::HoldingLoss>(&loss.law)) {
     double low = row[low_], high = row[high_];
     if (!std::isfinite(low) || !std::isfinite(high)) low = high = row[position_];
-    return std::isfinite(low)
-               ? row[on_] * (1.0 - row[clamped_]) * loss_power(*holding, low * to_position_, high * to_position_)
-               : 0.0;
+    if (!std::isfinite(low)) return 0.0;
+    const double positive = positive_ < 0 ? either_direction : row[positive_];
+    return row[on_] * (1.0 - row[clamped_]) * loss_power(*holding, low * to_position_, high * to_position_, positive);
   }
   if (!std::isfinite(speed)) return 0.0;
   if (const auto* motor = std::get_if<mesh::MotorLoss>(&loss.law)) return loss_power(*motor, speed, row[on_]);
@@ -120,9 +141,11 @@ void LossInput::set_hottest(const mesh::LossLaw& loss, const mesh::Machine& mach
   row[on_] = 1.0;
   if (const auto* holding = std::get_if<mesh::HoldingLoss>(&loss.law)) {
     const mesh::Axis& axis = machine.axes[axis_];
-    row[position_] = steepest(axis.low, axis.high, holding->balanced) / to_position_;
+    const double angle = steepest(axis.low, axis.high, holding->balanced);
+    row[position_] = angle / to_position_;
     row[low_] = row[high_] = not_given;
     row[clamped_] = 0.0;
+    if (positive_ >= 0) row[positive_] = std::sin(angle - holding->balanced) < 0.0 ? 0.0 : 1.0;
     return;
   }
   // Motors may have their largest torque at any speed.

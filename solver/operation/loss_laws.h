@@ -13,6 +13,8 @@
 //     P = P90 ((1 - s) sin^2 + s |sin|): copper losses go with the square (s = 0), the drive power that a
 //     control shows (Gebhardt 2014, Fig. 4.31: 0 W at 0 deg to 3.5 kW at 90 deg) may hold a linear share.
 //     It takes the mean over a pendular range, and nothing while the axis is clamped or the machine off.
+//     With friction f, sin(angle) + f after a motion in positive direction takes the place of sin(angle), and
+//     sin(angle) - f after one in negative direction (ibid., the same position from two sides).
 // A mean speed enters as it is: with a duty below 100 % laws that are not linear see the mean.
 
 #include <Eigen/Core>
@@ -32,7 +34,8 @@ double loss_power(const mesh::ScrewLoss& screw, double speed);
 /// @param on  share of the time that the machine is on
 double loss_power(const mesh::MotorLoss& motor, double turns_per_s, double on);
 /// @param low, high  rad, the range over which the axis spends its time evenly; equal: it stands
-double loss_power(const mesh::HoldingLoss& holding, double low, double high);
+/// @param positive   share of the time whose last motion was in positive direction
+double loss_power(const mesh::HoldingLoss& holding, double low, double high, double positive = either_direction);
 
 /// A law with its channels.
 class LossInput {
@@ -49,7 +52,7 @@ public:
   void set_hottest(const mesh::LossLaw& loss, const mesh::Machine& machine, Eigen::VectorXd& row) const;
 
 private:
-  int on_ = -1, speed_ = -1, position_ = -1, low_ = -1, high_ = -1, clamped_ = -1;
+  int on_ = -1, speed_ = -1, position_ = -1, low_ = -1, high_ = -1, clamped_ = -1, positive_ = -1;
   double to_speed_ = 1.0;     // turns a second, or m/s, of one unit of the speed's channel
   double to_position_ = 1.0;  // rad or m of one unit of the position's channel
   double fastest_ = 0.0;      // units of the speed's channel

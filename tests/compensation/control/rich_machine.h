@@ -199,6 +199,7 @@ motion = "B"
 balanced_at_deg = 10
 full_power_W = 700
 linear_share = 0.3
+friction_share = 0.2
 )";
 }
 

@@ -51,6 +51,10 @@ TEST(MachineLaws, UnitsBecomeSi) {
       R"({ kind = "holding", motion = "B", balanced_at_deg = 90, full_power_W = 3500, linear_share = 1 })");
   EXPECT_DOUBLE_EQ(held.balanced, std::numbers::pi / 2);
   EXPECT_DOUBLE_EQ(held.full_power, 3500.0);
+  EXPECT_EQ(held.friction, 0.0);
+  const auto rubbing =
+      law_of<mesh::HoldingLoss>(R"({ kind = "holding", motion = "B", full_power_W = 3500, friction_share = 0.14 })");
+  EXPECT_DOUBLE_EQ(rubbing.friction, 0.14);
 }
 
 TEST(MachineLaws, HoldingPowerFromTheMotorsData) {
@@ -66,7 +70,11 @@ TEST(MachineLaws, KindsAndTablesStandTogether) {
   EXPECT_EQ(m.sources[0].laws.size(), 1u);
   EXPECT_EQ(m.sources[0].losses.size(), 1u);
   EXPECT_FALSE(m.has_clamp("B"));
-  EXPECT_TRUE(parsed(with_law(R"({ kind = "holding", motion = "B", full_power_W = 3500 })")).has_clamp("B"));
+  const mesh::Machine held = parsed(with_law(R"({ kind = "holding", motion = "B", full_power_W = 3500 })"));
+  EXPECT_TRUE(held.has_clamp("B"));
+  EXPECT_FALSE(held.has_direction("B"));
+  EXPECT_TRUE(parsed(with_law(R"({ kind = "holding", motion = "B", full_power_W = 3500, friction_share = 0.1 })"))
+                  .has_direction("B"));
 }
 
 TEST(MachineLaws, WrongLawsAreRefused) {
@@ -77,6 +85,7 @@ TEST(MachineLaws, WrongLawsAreRefused) {
           {R"({ kind = "holding", motion = "X", full_power_W = 1 })", "rotary axis: B, C"},
           {R"({ kind = "holding", motion = "C", full_power_W = 1 })", "vertical axis 'C'"},
           {R"({ kind = "holding", motion = "B", full_power_W = 1, mass_kg = 3 })", "mass_kg"},
+          {R"({ kind = "holding", motion = "B", full_power_W = 1, friction_share = 1.5 })", "friction_share"},
           {R"({ kind = "bearing", motion = "Q", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })",
            "one of: spindle, X, B, C"},
           {R"({ kind = "bearing", motion = "X", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })", "pitch_mm"},

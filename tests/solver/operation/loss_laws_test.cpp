@@ -116,6 +116,38 @@ TEST(HoldingLoss, TakesTheMeanOverARange) {
   EXPECT_NEAR(loss_power(mesh::HoldingLoss{0.0, 3500.0, 0.0}, -pi / 2, pi / 2), 1750.0, 1e-9);
 }
 
+TEST(HoldingLoss, DependsOnTheSideThatItCameFrom) {
+  // Gebhardt (2014), Fig. 4.31: 3.5 kW with a horizontal lever arm, and nearly 1 kW between the two sides.
+  const mesh::HoldingLoss drive{0.0, 3500.0, 1.0, 0.14}, copper{0.0, 3500.0, 0.0, 0.14};
+  EXPECT_NEAR(loss_power(drive, pi / 4, pi / 4, 1.0), 3500.0 * (std::sqrt(0.5) + 0.14), 1e-9);
+  EXPECT_NEAR(loss_power(drive, pi / 4, pi / 4, 0.0), 3500.0 * (std::sqrt(0.5) - 0.14), 1e-9);
+  EXPECT_NEAR(loss_power(copper, pi / 4, pi / 4, 1.0), 3500.0 * std::pow(std::sqrt(0.5) + 0.14, 2), 1e-9);
+  // On the other side of the balance a motion in negative direction lifts the mass.
+  EXPECT_NEAR(loss_power(drive, -pi / 4, -pi / 4, 0.0), 3500.0 * (std::sqrt(0.5) + 0.14), 1e-9);
+  EXPECT_NEAR(loss_power(copper, pi / 4, pi / 4), 3500.0 * (0.5 + 0.14 * 0.14), 1e-9);  // mean of both
+  EXPECT_NEAR(loss_power(drive, 0.0, 0.0, 1.0), 3500.0 * 0.14, 1e-9);
+}
+
+TEST(HoldingLoss, TakesTheMeanOverARangeWithFriction) {
+  for (const double share : {0.0, 0.3, 1.0}) {
+    for (const double friction : {0.05, 0.5, 1.0}) {
+      for (const auto& [low, high] : {std::pair{-1.2, 1.3}, {0.2, 0.9}, {-3.0, 5.0}, {3.3, 6.1}, {-7.0, 9.0}}) {
+        const mesh::HoldingLoss loss{0.4, 800.0, share, friction};
+        for (const double positive : {0.0, 0.25, 1.0}) {
+          double sum = 0.0;
+          constexpr int points = 20000;
+          for (int i = 0; i < points; ++i) {
+            const double at = low + (high - low) * (i + 0.5) / points;
+            sum += loss_power(loss, at, at, positive);
+          }
+          EXPECT_NEAR(loss_power(loss, low, high, positive), sum / points, 2e-4)
+              << share << " " << friction << " " << low << " " << positive;
+        }
+      }
+    }
+  }
+}
+
 /// The sliding bed with a swivel axis that holds, and a guide, in one source each.
 struct Rig {
   mesh::Machine machine = with_losses();
@@ -230,6 +262,33 @@ duration_h = 1
   std::string moving = text;
   moving.replace(moving.find("position_deg = 45"), 17, "low_deg = 0\nhigh_deg = 9\nfeed_deg_min = 60");
   EXPECT_THROW(LoadProgram::parse(moving, "loads/hold.toml", s.machine), core::InputError);
+}
+
+TEST(LoadProgram, KnowsTheDirectionOfTheLastMotion) {
+  Rig plain;
+  EXPECT_EQ(plain.model.channels().index("axis.B.positive.on"), -1) << "no law asks for it";
+  mesh::Machine machine = Rig::with_losses();
+  std::get<mesh::HoldingLoss>(machine.sources[1].losses[0].law).friction = 0.1;
+  const Channels channels(machine);
+  const int positive = channels.index("axis.B.positive.on");
+  ASSERT_GE(positive, 0);
+  const auto phase = [](const std::string& axis) {
+    return "[[phase]]\nduration_h = 1\n" + (axis.empty() ? "" : "[[phase.axis]]\nid = \"B\"\n" + axis + "\n");
+  };
+  const std::string text =
+      "schema = 1\n" + phase("") + phase("position_deg = 45") + phase("") + phase("position_deg = 45") +
+      phase("position_deg = -10") + phase("clamped = true\nposition_deg = -10") +
+      phase("low_deg = 0\nhigh_deg = 9\nfeed_deg_min = 60") + phase("") + phase("position_deg = 0");
+  const LoadProgram program = LoadProgram::parse(text, "loads/sides.toml", machine);
+  const double expected[] = {0.5, 1.0, 1.0, 1.0, 0.0, 0.0, 0.5, 0.5, 1.0};
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(program.row(3600.0 * i, 3600.0 * (i + 1))[positive], expected[i]) << i;
+
+  const Layout layout = make_layout(machine, {{0, false, {-0.2, -0.1, 0.0, 0.1, 0.2}}, {-1, false, {0.0}}});
+  const OperatingModel model(machine, layout);
+  EXPECT_NEAR(model.source_powers(program.row(3600.0, 7200.0))[1], 1000.0 * std::pow(std::sqrt(0.5) + 0.1, 2), 1e-9);
+  const double at = std::sin(pi / 18);
+  EXPECT_NEAR(model.source_powers(program.row(14400.0, 18000.0))[1], 1000.0 * std::pow(at + 0.1, 2), 1e-9)
+      << "on the other side of the balance, lifted";
 }
 
 }  // namespace
