@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The C axis of the A/C machine of Gebhardt (2014), Table 6.4: location errors of virtual R-Tests once an hour.
+"""The C axis of the A/C machine of Gebhardt (2014).
 
-The machine is a full model with all uncertain values drawn anew (`measure simulate --machine-seed`), on the mesh of
-`--measured-size`, in random cycles of the C axis.
+Table 6.4: location errors of virtual R-Tests once an hour. The machine is a full model with all uncertain values drawn
+anew (`measure simulate --machine-seed`), on the mesh of `--measured-size`, in random cycles of the C axis.
+Fig. 5.24: how long a record has to be; sections of the record of Fig. 5.22 fit its model.
 """
 import json
 
@@ -53,6 +54,32 @@ def judged(bench, seed):
                                 JUDGED, "--models", "static_regression", "--out", out / "twin", "--quiet", "--json"))
     return [row for row in answer["rows"] if row["part"] == JUDGED] + \
            [row for row in twin["rows"] if row["part"] == JUDGED and row["model"].startswith("reduced_model")]
+
+
+LENGTHS_TEST = "A/C: C axis (Figs. 5.18, 5.19)"
+LENGTHS_OF, LENGTHS_IN = "phenomenological", "dz@1"
+
+
+def lengths(bench, test):
+    """Lines of a table: the residual of the model over the length of the section that it is fitted to.
+
+    @param test  its judged program is cut at the first machine
+    """
+    seed = bench.seeds[0]
+    _, sources = bench.measure(test, [seed])
+    folder = bench.out / test.document / "lengths"
+    record = bench.prepared(test, test.judge, sources[seed][test.judge], folder)
+    answer = json.loads(bench.run("evaluate", "--data", record, "--models", LENGTHS_OF, "--length-study", LENGTHS_OF,
+                                  LENGTHS_IN, "--out", folder, "--quiet", "--json"))
+
+    def box(row, key):
+        low, high = row[f"{key}_rms_quartiles"]
+        return f"{row[f'{key}_rms_median']:.2f} ({low:.2f} to {high:.2f})"
+    lines = ["", f"Length of the record (Fig. 5.24): `{LENGTHS_OF}` fitted to random sections of {test.judge}, "
+                 f"{LENGTHS_IN}, machine of seed {seed}.", "",
+             "| section, h | RMS in it, um | RMS outside it, um |", "|---" * 3 + "|"]
+    return lines + [f"| {row['hours']:.0f} | {box(row, 'fit')} | {box(row, 'outside')} |"
+                    for row in answer["length_study"]]
 
 
 def judge(bench, machines, guarded=lambda call: call()):
