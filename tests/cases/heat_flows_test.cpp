@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // heat.csv of `simulate` and `campaign`: what sources give, what coolants and surroundings carry off.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <numbers>
+#include <string>
 
 #include "core/table.h"
 #include "tests/cases/toy.h"
@@ -82,6 +85,27 @@ TEST_P(HeatFlows, ACoolantCarriesOffItsFlowTimesItsRise) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, HeatFlows, ::testing::Values("", "[time]\ntolerance_K = 0.01\n"));
+
+// Gebhardt (2014), Fig. 4.31: steps of a swivel axis to 90 deg and back, and the power of its drive that holds it.
+TEST(HeatFlowsOfAHoldingAxis, DependOnTheSideThatItCameFrom) {
+  const Toy toy;
+  toy.edit("machine.toml", "[tcp]\n",
+           "[[source]]\nid = \"B.hold\"\nplace = [{surface = \"swivel.skin\"}]\nlaw = [{kind = \"holding\", motion = "
+           "\"B\", full_power_W = 350, linear_share = 1, friction_share = 0.14}]\n\n[tcp]\n");
+  std::string load = "schema = 1\ninitial_C = 20\ntime_step_s = 30\noutput_s = 30\n";
+  for (int step = 1; step <= 36; ++step) {
+    load += fmt::format("[[phase]]\nduration_s = 30\n[[phase.axis]]\nid = \"B\"\nposition_deg = {}\n",
+                        step <= 18 ? 5 * step : 5 * (36 - step));
+  }
+  toy.write("loads/day.toml", load);
+  const core::Table heat = heat_of(toy, "simulate");
+  const VectorXd power = heat.column("source.B.hold.power_W");
+  ASSERT_EQ(power.size(), 37);
+  for (int step = 1; step <= 36; ++step) {
+    const double angle = (step <= 18 ? 5 * step : 5 * (36 - step)) * std::numbers::pi / 180.0;
+    EXPECT_NEAR(power[step], 350.0 * std::abs(std::sin(angle) + (step <= 18 ? 0.14 : -0.14)), 1e-6) << step;
+  }
+}
 
 TEST(HeatFlowsOfACampaign, AreThoseOfTheSimulationAndOutliveAResume) {
   const Toy toy;
