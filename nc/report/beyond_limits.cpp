@@ -34,10 +34,7 @@ double BeyondLimits::rate_until(const Positions& positions, double time, const E
     const double duration = time - before_->time, changed = (offset_um - before_->offset_um).cwiseAbs().maxCoeff();
     rate = (changed - limits_.motion_um(before_->positions, positions, duration)) / duration;
   }
-  if (!before_) before_.emplace();
-  before_->positions = positions;
-  before_->time = time;
-  before_->offset_um = offset_um;
+  before_ = Before{positions, time, offset_um};
   return rate;
 }
 
