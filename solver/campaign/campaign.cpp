@@ -23,7 +23,6 @@
 #include "solver/elastic/tcp.h"
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/integrator.h"
-#include "solver/thermal/isolated_check.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -40,7 +40,10 @@ bool never_exchanges(const mesh::Machine& machine, const Term& term) {
   if (term.kind == TermKind::contact) return machine.joints[term.item].conductance.value == 0.0;
   if (term.kind != TermKind::film) return false;
   const mesh::FilmSpec& film = machine.films[term.item];
-  return film.kind != mesh::FilmKind::table && film.coefficient.value == 0.0 && film.emissivity.value == 0.0;
+  const std::vector<double>& table = film.table.power;
+  const bool of_noughts = film.kind == mesh::FilmKind::table &&
+                          std::all_of(table.begin(), table.end(), [](double value) { return value == 0.0; });
+  return (of_noughts || film.coefficient.value == 0.0) && film.emissivity.value == 0.0;
 }
 
 }  // namespace

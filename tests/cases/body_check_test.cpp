@@ -70,6 +70,14 @@ film_coefficient_W_m2K = 20
   const Result kept = still.run({"simulate", still.path(), "--load", "hour"});
   ASSERT_EQ(kept.status, 0) << kept.err;
   EXPECT_SAYS(kept.err, "nothing takes heat from a part of 'block'");
+  const OwnCase noughts(body_text("block", 60, "elastic = false") +
+                        std::string(film).replace(film.find("film_coefficient"), std::string::npos,
+                                                  "kind = \"table\"\ninput = \"air.T_C\"\nat = [10, 30]\n"
+                                                  "film_coefficient_W_m2K = [0, 0]\n"));
+  noughts.blocks("block", {low});
+  const Result nought = noughts.run({"simulate", noughts.path(), "--load", "hour"});
+  ASSERT_EQ(nought.status, 0) << nought.err;
+  EXPECT_SAYS(nought.err, "nothing takes heat from a part of 'block'");
 }
 
 TEST(BodyCheck, AnElasticBodyIsOnePiece) {
