@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/probe/probes.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "core/error.h"
