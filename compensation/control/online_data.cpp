@@ -206,7 +206,7 @@ private:
     if (rest > 0) {
       char last[word_bytes] = {};
       std::memcpy(last, begin + inside, bytes - inside);
-      if (!reader_.in_.read(last + bytes - inside, rest)) fail("an end that is missing");
+      if (!reader_.in_.read(last + (bytes - inside), rest)) fail("an end that is missing");
       reader_.sum_ = summed(reader_.sum_, last, word_bytes);
     }
     reader_.left_ -= whole_words(bytes);

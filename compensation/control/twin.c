@@ -377,10 +377,11 @@ void tt_twin_save(const tt_twin* t, void* saved) {
 }
 
 int tt_twin_load(tt_twin* t, const void* saved, size_t bytes) {
-  const unsigned char *from = saved, *block = from + sizeof(head);
+  const unsigned char* block;
   head h;
   if (bytes < sizeof h) return TT_NO_STATE;
-  memcpy(&h, from, sizeof h);
+  memcpy(&h, saved, sizeof h);
+  block = (const unsigned char*)saved + sizeof h;
   if (memcmp(h.magic, magic, sizeof magic) != 0) return TT_NO_STATE;
   if (h.version != state_version) return TT_OTHER_VERSION;
   if (h.model != t->model->hash || h.bytes != t->block_bytes) return TT_OTHER_MODEL;

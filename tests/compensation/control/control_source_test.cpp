@@ -280,7 +280,9 @@ TEST_F(ControlSource, TheStateIsWrittenWholeAndADamagedOneIsRefusedByName) {
 }
 
 TEST(ControlLibrary, NeedsNothingButLibmAndLibc) {
-  const std::set<std::string> allowed = {"memcpy", "memset", "memcmp", "strlen", "sqrt", "fabs", "floor", "ceil"};
+  // bcmp is what clang makes of a memcmp of which only 0 counts.
+  const std::set<std::string> allowed = {"memcpy", "memset", "memcmp", "bcmp", "strlen",
+                                         "sqrt",   "fabs",   "floor",  "ceil"};
   const Said said = run("nm -P " THERMOTWIN_CONTROL_LIBRARY);
   ASSERT_EQ(said.status, 0) << said.text;
   std::set<std::string> defined, needed;
@@ -289,7 +291,9 @@ TEST(ControlLibrary, NeedsNothingButLibmAndLibc) {
     std::istringstream words(line);
     std::string name, kind;
     words >> name >> kind;
-    if (kind == "U") needed.insert(name);
+    const bool of_sanitizer =
+        name.starts_with("__asan_") || name.starts_with("__ubsan_") || name.starts_with("__tsan_");
+    if (kind == "U" && !of_sanitizer) needed.insert(name);
     if (kind == "T") defined.insert(name);
   }
   EXPECT_GT(defined.size(), 40U);
