@@ -49,7 +49,7 @@ MatrixXd blocks(const std::vector<MatrixXd>& parts) {
     const Index rows = all.rows(), columns = all.cols();
     MatrixXd both = MatrixXd::Zero(rows + part.rows(), columns + part.cols());
     both.topLeftCorner(rows, columns) = all;
-    both.bottomRightCorner(part.rows(), part.cols()) = part;
+    if (part.size() > 0) both.bottomRightCorner(part.rows(), part.cols()) = part;  // else it may point at nothing
     all = std::move(both);
   }
   return all;
