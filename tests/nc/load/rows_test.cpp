@@ -47,7 +47,7 @@ TEST(Rows, KnowTheDirectionOfTheLastMotion) {
   const auto wait = [&](double at, double seconds) {
     Timed timed;
     timed.element = Element::line(Eigen::Vector2d(at, 0.0), Eigen::Vector2d(at, 0.0));
-    timed.element.pause = seconds;
+    timed.element.pause = timed.t_cruise = seconds;
     timed.start = start;
     start += seconds;
     builder.add(timed);
