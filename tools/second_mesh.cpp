@@ -3,26 +3,63 @@
 
 #include <fmt/format.h>
 
+#include <functional>
+#include <vector>
+
 #include "core/progress.h"
+#include "mesh/machine/finer_pads.h"
 #include "reduction/basis/mesh_error.h"
 #include "reduction/basis/second_model.h"
 #include "solver/campaign/campaign.h"
 
 namespace thermotwin::tools {
 
+namespace {
+
+constexpr int more_cells = 2;
+constexpr double notable = 0.02;  // share of the motion from which the cells of joints are spoken of
+
+void warn_of_cells(const reduction::MeshError& of_cells) {
+  Eigen::Index worst = 0;
+  const double share = of_cells.tcp.head<3>().maxCoeff(&worst);
+  if (share < notable) return;
+  core::warn(fmt::format(
+      "the cells of joints make an error of {:.1f} % of the motion in d{}: a larger divide or sectors reduces it",
+      100 * share, "xyz"[worst]));
+}
+
+}  // namespace
+
 std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full, const solver::Case& machine_case,
                                                   const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out) {
+  const mesh::Machine& machine = machine_case.machine;
+  const auto with_second = [&](const std::function<void(const reduction::SecondModel&)>& use, int cells) {
+    return reduction::with_second_model(machine_case, full.mesh, machine.sensors, out / "cache", use, cells);
+  };
   std::optional<reduction::MeshError> error;
-  const std::string reason = reduction::with_second_model(
-      machine_case, full.mesh, machine_case.machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
-        error = reduction::estimate_mesh_error(second.full.mesh.machine, {result},
-                                               solver::run_campaign(second.full, {load}, {}), second.factor);
+  std::vector<solver::LoadResult> stated;
+  const std::string no_mesh = with_second(
+      [&](const reduction::SecondModel& second) {
+        stated = solver::run_campaign(second.full, {load}, {});
+        error = reduction::estimate_mesh_error(machine, {result}, stated, second.factor);
         error->second = fmt::format("{} tetrahedra of {:.2f} times the size, {} nodes",
                                     second.full.mesh.machine.order == 2 ? "quadratic" : "linear", second.ratio,
                                     second.full.mesh.nodes());
-      });
-  if (!error) core::warn("no second mesh, hence no estimate of the mesh error: " + reason);
+      },
+      1);
+  if (!error) core::warn("no second mesh, hence no estimate of the mesh error: " + no_mesh);
+  if (!error || !mesh::has_divided_pads(machine)) return error;
+  const std::string no_cells = with_second(
+      [&](const reduction::SecondModel& second) {
+        const reduction::MeshError of_cells = reduction::estimate_mesh_error(
+            machine, stated, solver::run_campaign(second.full, {load}, {}), reduction::error_of_cells);
+        error = reduction::both_errors(*error, of_cells);
+        error->second += ", and joints of twice as many cells";
+        warn_of_cells(of_cells);
+      },
+      more_cells);
+  if (!no_cells.empty()) core::warn("no model with more cells in its joints, whose error is left out: " + no_cells);
   return error;
 }
 

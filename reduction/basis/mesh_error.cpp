@@ -80,4 +80,11 @@ MeshError estimate_mesh_error(const mesh::Machine& machine, const std::vector<so
   return error;
 }
 
+MeshError both_errors(const MeshError& one, const MeshError& other) {
+  const auto both = [](const auto& a, const auto& b) {
+    return (a.array().square() + b.array().square()).sqrt().min(largest_mesh_error).matrix().eval();
+  };
+  return {both(one.sensors, other.sensors), both(one.tcp, other.tcp), one.second};
+}
+
 }  // namespace thermotwin::reduction

@@ -2,7 +2,8 @@
 #pragma once
 // How far a mesh is from convergence, from the same loads on a second mesh. Linear tetrahedra are too stiff in bending,
 // which another size of them hardly shows: they are compared with quadratic ones, whose own error is far smaller.
-// Quadratic tetrahedra are compared with those of another size (Richardson).
+// Quadratic tetrahedra are compared with those of another size (Richardson). The cells of joints, in which means touch
+// and not points, are compared with twice as many.
 
 #include <vector>
 
@@ -36,9 +37,15 @@ double error_of_difference(int order, int order_of_second, double ratio);
 MeshError estimate_mesh_error(const mesh::Machine& machine, const std::vector<solver::LoadResult>& first,
                               const std::vector<solver::LoadResult>& second, double factor);
 
+/// Of two errors that are independent: the root of the sum of squares of each share, at most largest_mesh_error.
+MeshError both_errors(const MeshError& one, const MeshError& other);
+
 /// Of quadratic tetrahedra: less than in theory (4 for such functionals), since edges of contacts and of sources spoil
 /// it.
 inline constexpr double assumed_rate = 3.0;
 inline constexpr double largest_mesh_error = 0.2;
+/// Factor from the difference between joints as stated and joints of twice as many cells (mesh::with_finer_pads) to the
+/// error of the stated ones.
+inline constexpr double error_of_cells = 4.0 / 3.0;
 
 }  // namespace thermotwin::reduction

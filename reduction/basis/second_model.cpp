@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/muted_warnings.h"
+#include "mesh/machine/finer_pads.h"
 #include "reduction/basis/mesh_error.h"
 
 namespace thermotwin::reduction {
@@ -35,13 +36,13 @@ std::string with_one_of(const std::vector<SecondMesh>& meshes, const solver::Cas
                         const mesh::MachineMesh& mesh, const std::vector<mesh::SensorSpec>& sensors,
                         const std::filesystem::path& cache,
                         const std::function<double(const SecondMesh&, double)>& factor_of,
-                        const std::function<void(const SecondModel&)>& use) {
+                        const std::function<void(const SecondModel&)>& use, int pads = 1) {
   std::string reason = "element_size_mm has no influence on its bodies";
   const double size = mesh::size_factor(machine_case.machine, machine_case.size);
   for (const SecondMesh& wanted : meshes) {
     try {
       const core::MutedWarnings muted;  // they would be about a mesh that nobody asked for
-      mesh::Machine machine = machine_case.machine;
+      mesh::Machine machine = mesh::with_finer_pads(machine_case.machine, pads);
       machine.order = wanted.order;
       machine.sensors = sensors;
       const mesh::MeshOptions options{wanted.factor * size, cache};
@@ -65,12 +66,12 @@ std::string with_one_of(const std::vector<SecondMesh>& meshes, const solver::Cas
 
 std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use) {
+                              const std::function<void(const SecondModel&)>& use, int pads) {
   const int order = machine_case.machine.order;
   const auto factor_of = [&](const SecondMesh& wanted, double ratio) {
     return error_of_difference(order, wanted.order, ratio);
   };
-  return with_one_of(second_meshes(order), machine_case, mesh, sensors, cache, factor_of, use);
+  return with_one_of(second_meshes(order), machine_case, mesh, sensors, cache, factor_of, use, pads);
 }
 
 std::string with_finer_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,

@@ -26,10 +26,11 @@ struct SecondModel {
 /// @param mesh     first mesh of the case
 /// @param sensors  of the second model
 /// @param cache    folder of meshes
+/// @param pads     times as many cells of its divided joints as stated (mesh::with_finer_pads)
 /// @return why no second model was used; empty: one was
 std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use);
+                              const std::function<void(const SecondModel&)>& use, int pads = 1);
 
 /// The same on a mesh of the same tetrahedra with smaller edges, and with factor 1: rules with boxes take other
 /// triangles there, so that areas of sources, films and contacts differ as they may from those of the machine.

@@ -4,6 +4,7 @@
 models get, how their rows become figures, and records that lack a column.
 """
 import dataclasses
+import math
 import os
 import re
 import subprocess
@@ -18,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 from published import mares_2019, naumann, okenka, rotary  # noqa: E402
 from published.documents import MEASURES, TESTS, TITLES  # noqa: E402
-from published.records import MissingColumn, Record  # noqa: E402
+from published.records import MissingColumn, Record, holding_power  # noqa: E402
 from published.statistics_of import cell  # noqa: E402
 
 # Stands in for the program: records of an hour with all sensors of vmc5 but $LACKS; each model leaves a quarter of the
@@ -185,6 +186,19 @@ class Judging(unittest.TestCase):
             words = "no column 'axis.A.position_deg'; the power of A.motor needs it"
             with self.assertRaisesRegex(MissingColumn, words):
                 record.add_power({"source": [{"id": "A.motor", "law": [held]}]}, "A.motor")
+
+    def test_a_held_axis_needs_more_after_a_motion_against_its_load(self):
+        law = {"kind": "holding", "motion": "A", "full_power_W": 100, "friction_share": 0.1, "balanced_at_deg": 0}
+        sides = {after: holding_power(law, {"axis.A.position_deg": 30, "axis.A.positive.on": after})
+                 for after in (1.0, 0.5, 0.0)}
+        self.assertAlmostEqual(sides[1.0], 36.0)    # (0.5 + 0.1)^2
+        self.assertAlmostEqual(sides[0.0], 16.0)
+        self.assertAlmostEqual(sides[0.5], 26.0)
+        self.assertAlmostEqual(holding_power(law, {"axis.A.position_deg": 30}), 26.0)
+        swept = {"axis.A.feed_deg_min": 9, "axis.A.low_deg": 0, "axis.A.high_deg": 90, "axis.A.positive.on": 0.75}
+        angles = [math.radians(90 * (i + 0.5) / 1000) for i in range(1000)]
+        self.assertAlmostEqual(holding_power(law, swept), sum(
+            75 * (math.sin(a) + 0.1) ** 2 + 25 * (math.sin(a) - 0.1) ** 2 for a in angles) / 1000, places=4)
 
 
 class OnePoint(unittest.TestCase):

@@ -207,6 +207,24 @@ TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
   EXPECT_GT(last, 0.0);
 }
 
+TEST(HiddenEffects, WhatTheModelSimplifiesIsMeasuredAsItIs) {
+  const auto recorded = [](int cells, bool exact_radiation, double emissivity) {
+    hidden::SpecimenOptions options = Bench::other_mesh();
+    options.cells = cells;
+    options.exact_radiation = exact_radiation;
+    solver::Case machine_case = bench().machine_case;
+    for (mesh::FilmSpec& film : machine_case.machine.films) film.emissivity.value = emissivity;
+    const hidden::Specimen specimen(machine_case, options);
+    hidden::Draw draw;
+    draw.load = "mixed";
+    return specimen.measure(draw, hidden::Recording::exact).data.values;
+  };
+  const Eigen::MatrixXd stated = recorded(1, false, 0.0);
+  EXPECT_GT((recorded(3, false, 0.0) - stated).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_EQ((recorded(1, true, 0.0) - stated).cwiseAbs().maxCoeff(), 0.0) << "nothing radiates";
+  EXPECT_GT((recorded(1, true, 0.9) - recorded(1, false, 0.9)).cwiseAbs().maxCoeff(), 0.005);
+}
+
 TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
   hidden::Random random(3);
   const hidden::Specimen& specimen = bench().specimen;

@@ -57,7 +57,9 @@ Options read_options(int argc, char** argv) {
                                               "tolerance",
                                               "displacement-error",
                                               "temperature-error",
-                                              "rows"};
+                                              "rows",
+                                              "cells",
+                                              "radiation"};
   static const std::set<std::string> flags = {"slurm", "gather", "quiet"};
   Options options;
   bool complete = true;
@@ -77,7 +79,7 @@ Options read_options(int argc, char** argv) {
         "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N "
         "--outside N --changes N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
-        "LOAD|none --rows own|sparse|pauses --displacement-error PERCENT --temperature-error PERCENT --slurm --part "
+        "LOAD|none --rows own|sparse|pauses --cells N --radiation stated|exact --displacement-error PERCENT --temperature-error PERCENT --slurm --part "
         "I/N "
         "--gather --threads N]");
   }
@@ -162,6 +164,11 @@ hidden::SpecimenOptions specimen_options(const Options& options, std::uint64_t s
   made.seed = seed;
   if (options.count("cache")) made.cache = options.at("cache");
   if (options.count("rows")) made.rows = rows_named(options.at("rows"));
+  made.cells = static_cast<int>(number(options, "cells", made.cells));
+  const std::string radiation = options.count("radiation") ? options.at("radiation") : "stated";
+  if (radiation != "stated" && radiation != "exact")
+    throw core::UsageError("--radiation " + radiation + ": allowed are stated and exact");
+  made.exact_radiation = radiation == "exact";
   return made;
 }
 
@@ -203,7 +210,8 @@ public:
   std::vector<study::Unit> units() const {
     std::string inputs = study::hash_of_case(machine_case_, std::string("hidden_effects 1 ") + THERMOTWIN_VERSION);
     inputs += " " + core::content_hash(core::read_file(options_.at("model"))) + " " + unseen_;
-    for (const char* name : {"size", "refine", "tolerance", "displacement-error", "temperature-error", "rows"})
+    for (const char* name :
+         {"size", "refine", "tolerance", "displacement-error", "temperature-error", "rows", "cells", "radiation"})
       inputs += " " + (options_.count(name) ? options_.at(name) : "-");
     for (const std::string& load : loads_) inputs += " " + study::words_of_load(machine_case_, load);
     if (unseen_ != "none") inputs += " " + study::words_of_load(machine_case_, unseen_);

@@ -15,6 +15,7 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "faulty_readings.h"
+#include "mesh/machine/finer_pads.h"
 #include "mesh/machine/kinematics.h"
 #include "own_footprint.h"
 #include "solver/campaign/case.h"
@@ -52,6 +53,14 @@ mesh::Machine with_own_materials(const mesh::Machine& machine, std::uint64_t see
   result.scales = other.scales;
   result.screws = other.screws;
   return result;
+}
+
+/// What the model of the machine simplifies is not simplified in what is measured.
+solver::Case measured_case(solver::Case machine_case, const SpecimenOptions& options) {
+  machine_case.machine = mesh::with_finer_pads(std::move(machine_case.machine), options.cells);
+  if (options.exact_radiation)
+    for (mesh::FilmSpec& film : machine_case.machine.films) film.exact_radiation = film.emissivity.value > 0.0;
+  return machine_case;
 }
 
 /// A control knows speeds, positions, states, the air; of the other surroundings, and of powers, what the load sets is
@@ -155,14 +164,15 @@ void SpecimenOptions::validate() const {
     core::require_option(value > 0, std::string("specimen ") + name, value, "a positive number");
   for (const auto& [name, value] : {std::pair{"noise_K", noise_K}, {"noise_um", noise_um}})
     core::require_option(value >= 0, std::string("specimen ") + name, value, "a number, not negative");
+  core::require_option(cells >= 1, "specimen cells", cells, "a whole number from 1");
   core::require_option(missing_share >= 0 && missing_share < 1, "specimen missing_share", missing_share,
                        "0 to less than 1");
 }
 
 Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& options)
-    : case_(machine_case),
+    : case_(measured_case(machine_case, options)),
       options_((options.validate(), options)),
-      full_(solver::build_full_model(with_own_materials(machine_case.machine, options.seed),
+      full_(solver::build_full_model(with_own_materials(case_.machine, options.seed),
                                      {options.size_factor, options.cache})) {
   poses_.push_back(mesh::home_pose(case_.machine));
   for (const mesh::Pose& pose : case_.check_points)

@@ -93,6 +93,8 @@ struct SpecimenOptions {
   double solved_to = 1e-5;  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
   double noise_K = 0.05, noise_um = 0.3;
   double missing_share = 0.03;  ///< of values; half as many whole rows
+  int cells = 1;                ///< times as many in joints as stated (mesh::with_finer_pads)
+  bool exact_radiation = false;  ///< of all films that radiate, whatever is stated
   Rows rows = Rows::own;
   std::uint64_t seed = 1;  ///< of materials
   std::filesystem::path cache;

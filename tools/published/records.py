@@ -30,6 +30,11 @@ def mean_square_of_sine(low, high):
     return 0.5 - (math.sin(2 * high) - math.sin(2 * low)) / (4 * (high - low))
 
 
+def mean_sine(low, high):
+    """Mean of sin over angles in rad."""
+    return math.sin(low) if high - low < 1e-9 else (math.cos(low) - math.cos(high)) / (high - low)
+
+
 def table_power(law, cells):
     value = abs(cells.get(law["input"]) or 0.0)  # as the program takes all inputs but temperatures
     at, power = law["at"], law["power_W"]
@@ -39,14 +44,20 @@ def table_power(law, cells):
 
 
 def holding_power(law, cells):
-    """The law `holding` with full_power_W and linear_share = 0: copper losses."""
+    """The law `holding` with full_power_W and linear_share = 0: copper losses.
+
+    The mean over the angles of a range, and over the time after a motion in either direction.
+    """
     axis = f"axis.{law['motion']}."
     low, high = cells.get(axis + "low_deg"), cells.get(axis + "high_deg")
     if low is None or high is None or not cells.get(axis + "feed_deg_min"):
         low = high = cells.get(axis + "position_deg") or 0.0
-    balanced = law.get("balanced_at_deg", 0.0)
+    angles = [math.radians(angle - law.get("balanced_at_deg", 0.0)) for angle in (low, high)]
+    friction = law.get("friction_share", 0.0)
+    positive = cells.get(axis + "positive.on")
+    direction = 0.0 if positive is None else 2 * positive - 1   # mean of 1 and -1
     on = cells.get("machine.on")
-    share = mean_square_of_sine(math.radians(low - balanced), math.radians(high - balanced))
+    share = mean_square_of_sine(*angles) + 2 * friction * direction * mean_sine(*angles) + friction ** 2
     return (1.0 if on is None else on) * law["full_power_W"] * share
 
 

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "mesh/machine/file.h"
+#include "mesh/machine/finer_pads.h"
 #include "mesh/machine/flow_network.h"
 #include "tests/mesh/samples.h"
 
@@ -65,6 +66,17 @@ TEST(MachineFile, SurfacesAndJoints) {
   EXPECT_EQ(m.joint_index("feet"), 2);
   EXPECT_EQ(m.surface_index("nowhere"), -1);
   EXPECT_DOUBLE_EQ(m.scales[0].head.z(), 0.005);
+}
+
+TEST(MachineFile, FinerPadsHaveMoreCellsWhereThereWereSeveral) {
+  const mesh::Machine m = small(), finer = mesh::with_finer_pads(m, 3);
+  EXPECT_EQ(finer.joints[0].divide, Eigen::Vector3i(6, 1, 1));
+  EXPECT_EQ(finer.joints[1].sectors, 24);
+  EXPECT_EQ(finer.joints[2].divide, m.joints[2].divide) << "one pad stays one";
+  EXPECT_TRUE(mesh::has_divided_pads(m));
+  mesh::Machine undivided = m;
+  for (mesh::JointSpec& joint : undivided.joints) joint.divide.setOnes(), joint.sectors = 0;
+  EXPECT_FALSE(mesh::has_divided_pads(undivided));
 }
 
 TEST(MachineFile, Physics) {

@@ -61,6 +61,18 @@ TEST(MeshErrorEstimate, IsLimited) {
   EXPECT_EQ(found.tcp.maxCoeff(), largest_mesh_error);
 }
 
+TEST(MeshErrorEstimate, OfTwoErrorsIsTheRootOfTheirSquares) {
+  MeshError of_mesh{Eigen::Vector2d(0.03, 0.15), Eigen::VectorXd::Constant(6, 0.01), "another mesh"}, of_cells = of_mesh;
+  of_cells.sensors << 0.04, 0.19;
+  of_cells.tcp[2] = 0.0;
+  const MeshError both = both_errors(of_mesh, of_cells);
+  EXPECT_DOUBLE_EQ(both.sensors[0], 0.05);
+  EXPECT_EQ(both.sensors[1], largest_mesh_error);
+  EXPECT_DOUBLE_EQ(both.tcp[0], std::sqrt(2.0) * 0.01);
+  EXPECT_DOUBLE_EQ(both.tcp[2], 0.01);
+  EXPECT_EQ(both.second, "another mesh");
+}
+
 TEST(MeshErrorEstimate, NeedsMeshesThatDiffer) {
   EXPECT_EQ(error_of_difference(2, 2, 1.0), 0.0);
   EXPECT_EQ(error_of_difference(2, 2, edge_ratio(1000, 1300)), 0.0);

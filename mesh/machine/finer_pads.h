@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A machine whose joints are held at more places.
+
+#include "mesh/machine/machine.h"
+
+namespace thermotwin::mesh {
+
+/// Joints divided into more cells or sectors, where they are divided at all: contact from point to point is the limit.
+/// A direction of one cell stays one, since a joint may be meant to turn there. @param times  at least 1
+Machine with_finer_pads(Machine machine, int times);
+
+/// Whether any joint is divided, so that with_finer_pads changes the machine.
+bool has_divided_pads(const Machine& machine);
+
+}  // namespace thermotwin::mesh
