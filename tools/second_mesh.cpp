@@ -16,15 +16,15 @@ namespace thermotwin::tools {
 
 namespace {
 
-constexpr int more_cells = 2;
-constexpr double notable = 0.02;  // share of the motion from which the cells of joints are spoken of
+constexpr int finer = 2;
+constexpr double notable = 0.02;  // share of the motion from which the pads of joints are spoken of
 
-void warn_of_cells(const reduction::MeshError& of_cells) {
+void warn_of_pads(const reduction::MeshError& of_pads) {
   Eigen::Index worst = 0;
-  const double share = of_cells.tcp.head<3>().maxCoeff(&worst);
+  const double share = of_pads.tcp.head<3>().maxCoeff(&worst);
   if (share < notable) return;
   core::warn(fmt::format(
-      "the cells of joints make an error of {:.1f} % of the motion in d{}: a larger divide or sectors reduces it",
+      "the pads of joints make an error of {:.1f} % of the motion in d{}: a larger divide or sectors reduces it",
       100 * share, "xyz"[worst]));
 }
 
@@ -34,8 +34,8 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
                                                   const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out) {
   const mesh::Machine& machine = machine_case.machine;
-  const auto with_second = [&](const std::function<void(const reduction::SecondModel&)>& use, int cells) {
-    return reduction::with_second_model(machine_case, full.mesh, machine.sensors, out / "cache", use, cells);
+  const auto with_second = [&](const std::function<void(const reduction::SecondModel&)>& use, int pads) {
+    return reduction::with_second_model(machine_case, full.mesh, machine.sensors, out / "cache", use, pads);
   };
   std::optional<reduction::MeshError> error;
   std::vector<solver::LoadResult> stated;
@@ -50,16 +50,16 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
       1);
   if (!error) core::warn("no second mesh, hence no estimate of the mesh error: " + no_mesh);
   if (!error || !mesh::has_divided_pads(machine)) return error;
-  const std::string no_cells = with_second(
+  const std::string no_finer = with_second(
       [&](const reduction::SecondModel& second) {
-        const reduction::MeshError of_cells = reduction::estimate_mesh_error(
-            machine, stated, solver::run_campaign(second.full, {load}, {}), reduction::error_of_cells);
-        error = reduction::both_errors(*error, of_cells);
-        error->second += ", and joints of twice as many cells";
-        warn_of_cells(of_cells);
+        const reduction::MeshError of_pads = reduction::estimate_mesh_error(
+            machine, stated, solver::run_campaign(second.full, {load}, {}), reduction::error_of_pads);
+        error = reduction::both_errors(*error, of_pads);
+        error->second += ", and joints divided twice as finely";
+        warn_of_pads(of_pads);
       },
-      more_cells);
-  if (!no_cells.empty()) core::warn("no model with more cells in its joints, whose error is left out: " + no_cells);
+      finer);
+  if (!no_finer.empty()) core::warn("no model with joints divided more finely, whose error is left out: " + no_finer);
   return error;
 }
 

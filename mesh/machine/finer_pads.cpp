@@ -14,8 +14,9 @@ Machine with_finer_pads(Machine machine, int times) {
 }
 
 bool has_divided_pads(const Machine& machine) {
-  return std::any_of(machine.joints.begin(), machine.joints.end(),
-                     [](const JointSpec& joint) { return joint.divide.maxCoeff() > 1 || joint.sectors > 1; });
+  return std::any_of(machine.joints.begin(), machine.joints.end(), [](const JointSpec& joint) {
+    return joint.stiffness_normal.value > 0.0 && (joint.divide.maxCoeff() > 1 || joint.sectors > 1);
+  });
 }
 
 }  // namespace thermotwin::mesh

@@ -2,8 +2,8 @@
 #pragma once
 // How far a mesh is from convergence, from the same loads on a second mesh. Linear tetrahedra are too stiff in bending,
 // which another size of them hardly shows: they are compared with quadratic ones, whose own error is far smaller.
-// Quadratic tetrahedra are compared with those of another size (Richardson). The cells of joints, in which means touch
-// and not points, are compared with twice as many.
+// Quadratic tetrahedra are compared with those of another size (Richardson). Joints touch in the mean of each pad and not
+// from point to point: they are compared with joints divided twice as finely.
 
 #include <vector>
 
@@ -44,8 +44,8 @@ MeshError both_errors(const MeshError& one, const MeshError& other);
 /// it.
 inline constexpr double assumed_rate = 3.0;
 inline constexpr double largest_mesh_error = 0.2;
-/// Factor from the difference between joints as stated and joints of twice as many cells (mesh::with_finer_pads) to the
-/// error of the stated ones.
-inline constexpr double error_of_cells = 4.0 / 3.0;
+/// Factor from the difference between joints as stated and those divided twice as finely (mesh::with_finer_pads) to the
+/// error of the stated ones, which falls with the square of the pads' size.
+inline constexpr double error_of_pads = 4.0 / 3.0;
 
 }  // namespace thermotwin::reduction

@@ -26,7 +26,7 @@ struct SecondModel {
 /// @param mesh     first mesh of the case
 /// @param sensors  of the second model
 /// @param cache    folder of meshes
-/// @param pads     times as many cells of its divided joints as stated (mesh::with_finer_pads)
+/// @param pads     times as finely as stated its divided joints are divided (mesh::with_finer_pads)
 /// @return why no second model was used; empty: one was
 std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,

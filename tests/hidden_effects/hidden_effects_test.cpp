@@ -208,9 +208,9 @@ TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
 }
 
 TEST(HiddenEffects, WhatTheModelSimplifiesIsMeasuredAsItIs) {
-  const auto recorded = [](int cells, bool exact_radiation, double emissivity) {
+  const auto recorded = [](int pads, bool exact_radiation, double emissivity) {
     hidden::SpecimenOptions options = Bench::other_mesh();
-    options.cells = cells;
+    options.finer_pads = pads;
     options.exact_radiation = exact_radiation;
     solver::Case machine_case = bench().machine_case;
     for (mesh::FilmSpec& film : machine_case.machine.films) film.emissivity.value = emissivity;

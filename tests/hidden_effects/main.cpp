@@ -58,7 +58,7 @@ Options read_options(int argc, char** argv) {
                                               "displacement-error",
                                               "temperature-error",
                                               "rows",
-                                              "cells",
+                                              "pads-finer",
                                               "radiation"};
   static const std::set<std::string> flags = {"slurm", "gather", "quiet"};
   Options options;
@@ -79,9 +79,8 @@ Options read_options(int argc, char** argv) {
         "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N "
         "--outside N --changes N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
-        "LOAD|none --rows own|sparse|pauses --cells N --radiation stated|exact --displacement-error PERCENT --temperature-error PERCENT --slurm --part "
-        "I/N "
-        "--gather --threads N]");
+        "LOAD|none --rows own|sparse|pauses --pads-finer N --radiation stated|exact --displacement-error PERCENT "
+        "--temperature-error PERCENT --slurm --part I/N --gather --threads N]");
   }
   return options;
 }
@@ -164,7 +163,7 @@ hidden::SpecimenOptions specimen_options(const Options& options, std::uint64_t s
   made.seed = seed;
   if (options.count("cache")) made.cache = options.at("cache");
   if (options.count("rows")) made.rows = rows_named(options.at("rows"));
-  made.cells = static_cast<int>(number(options, "cells", made.cells));
+  made.finer_pads = static_cast<int>(number(options, "pads-finer", made.finer_pads));
   const std::string radiation = options.count("radiation") ? options.at("radiation") : "stated";
   if (radiation != "stated" && radiation != "exact")
     throw core::UsageError("--radiation " + radiation + ": allowed are stated and exact");
@@ -211,7 +210,7 @@ public:
     std::string inputs = study::hash_of_case(machine_case_, std::string("hidden_effects 1 ") + THERMOTWIN_VERSION);
     inputs += " " + core::content_hash(core::read_file(options_.at("model"))) + " " + unseen_;
     for (const char* name :
-         {"size", "refine", "tolerance", "displacement-error", "temperature-error", "rows", "cells", "radiation"})
+         {"size", "refine", "tolerance", "displacement-error", "temperature-error", "rows", "pads-finer", "radiation"})
       inputs += " " + (options_.count(name) ? options_.at(name) : "-");
     for (const std::string& load : loads_) inputs += " " + study::words_of_load(machine_case_, load);
     if (unseen_ != "none") inputs += " " + study::words_of_load(machine_case_, unseen_);

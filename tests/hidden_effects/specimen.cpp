@@ -57,7 +57,7 @@ mesh::Machine with_own_materials(const mesh::Machine& machine, std::uint64_t see
 
 /// What the model of the machine simplifies is not simplified in what is measured.
 solver::Case measured_case(solver::Case machine_case, const SpecimenOptions& options) {
-  machine_case.machine = mesh::with_finer_pads(std::move(machine_case.machine), options.cells);
+  machine_case.machine = mesh::with_finer_pads(std::move(machine_case.machine), options.finer_pads);
   if (options.exact_radiation)
     for (mesh::FilmSpec& film : machine_case.machine.films) film.exact_radiation = film.emissivity.value > 0.0;
   return machine_case;
@@ -164,7 +164,7 @@ void SpecimenOptions::validate() const {
     core::require_option(value > 0, std::string("specimen ") + name, value, "a positive number");
   for (const auto& [name, value] : {std::pair{"noise_K", noise_K}, {"noise_um", noise_um}})
     core::require_option(value >= 0, std::string("specimen ") + name, value, "a number, not negative");
-  core::require_option(cells >= 1, "specimen cells", cells, "a whole number from 1");
+  core::require_option(finer_pads >= 1, "specimen finer_pads", finer_pads, "a whole number from 1");
   core::require_option(missing_share >= 0 && missing_share < 1, "specimen missing_share", missing_share,
                        "0 to less than 1");
 }

@@ -92,8 +92,8 @@ struct SpecimenOptions {
   double tolerance_K = 0.03;               ///< of a step, largest error at any node; a few nodes at a bearing have it
   double solved_to = 1e-5;  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
   double noise_K = 0.05, noise_um = 0.3;
-  double missing_share = 0.03;  ///< of values; half as many whole rows
-  int cells = 1;                ///< times as many in joints as stated (mesh::with_finer_pads)
+  double missing_share = 0.03;   ///< of values; half as many whole rows
+  int finer_pads = 1;            ///< times as finely as stated joints are divided (mesh::with_finer_pads)
   bool exact_radiation = false;  ///< of all films that radiate, whatever is stated
   Rows rows = Rows::own;
   std::uint64_t seed = 1;  ///< of materials

@@ -62,10 +62,10 @@ TEST(MeshErrorEstimate, IsLimited) {
 }
 
 TEST(MeshErrorEstimate, OfTwoErrorsIsTheRootOfTheirSquares) {
-  MeshError of_mesh{Eigen::Vector2d(0.03, 0.15), Eigen::VectorXd::Constant(6, 0.01), "another mesh"}, of_cells = of_mesh;
-  of_cells.sensors << 0.04, 0.19;
-  of_cells.tcp[2] = 0.0;
-  const MeshError both = both_errors(of_mesh, of_cells);
+  MeshError of_mesh{Eigen::Vector2d(0.03, 0.15), Eigen::VectorXd::Constant(6, 0.01), "another mesh"}, of_pads = of_mesh;
+  of_pads.sensors << 0.04, 0.19;
+  of_pads.tcp[2] = 0.0;
+  const MeshError both = both_errors(of_mesh, of_pads);
   EXPECT_DOUBLE_EQ(both.sensors[0], 0.05);
   EXPECT_EQ(both.sensors[1], largest_mesh_error);
   EXPECT_DOUBLE_EQ(both.tcp[0], std::sqrt(2.0) * 0.01);
