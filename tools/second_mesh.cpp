@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <functional>
 #include <vector>
 
 #include "core/progress.h"
@@ -16,7 +15,6 @@ namespace thermotwin::tools {
 
 namespace {
 
-constexpr int finer = 2;
 constexpr double notable = 0.02;  // share of the motion from which the pads of joints are spoken of
 
 void warn_of_pads(const reduction::MeshError& of_pads) {
@@ -34,32 +32,28 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
                                                   const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out) {
   const mesh::Machine& machine = machine_case.machine;
-  const auto with_second = [&](const std::function<void(const reduction::SecondModel&)>& use, int pads) {
-    return reduction::with_second_model(machine_case, full.mesh, machine.sensors, out / "cache", use, pads);
-  };
+  const auto on = [&](const reduction::SecondModel& model) { return solver::run_campaign(model.full, {load}, {}); };
   std::optional<reduction::MeshError> error;
-  std::vector<solver::LoadResult> stated;
-  const std::string no_mesh = with_second(
-      [&](const reduction::SecondModel& second) {
-        stated = solver::run_campaign(second.full, {load}, {});
+  std::vector<solver::LoadResult> stated;  // with the joints that have the finer ones beside them
+  const std::string no_mesh = reduction::with_second_model(
+      machine_case, full.mesh, machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
+        stated = on(second);
         error = reduction::estimate_mesh_error(machine, {result}, stated, second.factor);
         error->second = fmt::format("{} tetrahedra of {:.2f} times the size, {} nodes",
                                     second.full.mesh.machine.order == 2 ? "quadratic" : "linear", second.ratio,
                                     second.full.mesh.nodes());
-      },
-      1);
+      });
   if (!error) core::warn("no second mesh, hence no estimate of the mesh error: " + no_mesh);
   if (!error || !mesh::has_divided_pads(machine)) return error;
-  const std::string no_finer = with_second(
-      [&](const reduction::SecondModel& second) {
-        const reduction::MeshError of_pads = reduction::estimate_mesh_error(
-            machine, stated, solver::run_campaign(second.full, {load}, {}), reduction::error_of_pads);
+  if (machine.order == 1) stated = {result};
+  const std::string no_joints = reduction::with_finer_joints(
+      machine_case, full.mesh, machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
+        const reduction::MeshError of_pads = reduction::estimate_mesh_error(machine, stated, on(second), second.factor);
         error = reduction::both_errors(*error, of_pads);
         error->second += ", and joints divided twice as finely";
         warn_of_pads(of_pads);
-      },
-      finer);
-  if (!no_finer.empty()) core::warn("no model with joints divided more finely, whose error is left out: " + no_finer);
+      });
+  if (!no_joints.empty()) core::warn("no model with joints divided more finely, whose error is left out: " + no_joints);
   return error;
 }
 

@@ -30,6 +30,7 @@ std::string SecondModel::words() const {
 namespace {
 
 constexpr double finer = 0.8;
+constexpr int finer_joints = 2;
 
 /// Uses a model on the first of the meshes whose factor is not nought. @param factor_of  a mesh, by its edges' ratio
 std::string with_one_of(const std::vector<SecondMesh>& meshes, const solver::Case& machine_case,
@@ -66,12 +67,23 @@ std::string with_one_of(const std::vector<SecondMesh>& meshes, const solver::Cas
 
 std::string with_second_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use, int pads) {
+                              const std::function<void(const SecondModel&)>& use) {
   const int order = machine_case.machine.order;
   const auto factor_of = [&](const SecondMesh& wanted, double ratio) {
     return error_of_difference(order, wanted.order, ratio);
   };
-  return with_one_of(second_meshes(order), machine_case, mesh, sensors, cache, factor_of, use, pads);
+  return with_one_of(second_meshes(order), machine_case, mesh, sensors, cache, factor_of, use);
+}
+
+std::string with_finer_joints(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
+                              const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
+                              const std::function<void(const SecondModel&)>& use) {
+  const int order = machine_case.machine.order;
+  const auto factor_of = [&](const SecondMesh& wanted, double ratio) {
+    return order == 1 || error_of_difference(order, wanted.order, ratio) > 0.0 ? error_of_pads : 0.0;
+  };
+  const std::vector<SecondMesh> meshes = order == 1 ? std::vector<SecondMesh>{{1, 1.0}} : second_meshes(order);
+  return with_one_of(meshes, machine_case, mesh, sensors, cache, factor_of, use, finer_joints);
 }
 
 std::string with_finer_model(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
