@@ -130,7 +130,8 @@ const std::vector<Attempt>& attempts_on_surfaces() {
   static const std::vector<Attempt> list = [] {
     std::vector<Attempt> all(3);
     for (auto later = all.begin() + 1; later != all.end(); ++later) later->first = false;
-    all[1].words = "by cutting its surface into small discs";
+    all[1].words =
+        "by cutting its surface into small discs (elements along the cuts may be smaller; this does no harm)";
     all[1].patches = Attempt::Patches::discs;
     all[2].words = "by keeping the triangles of its file, whose shape limits the quality";
     all[2].patches = Attempt::Patches::as_in_file;
