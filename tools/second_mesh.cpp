@@ -50,7 +50,7 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
       machine_case, full.mesh, machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
         const reduction::MeshError of_pads = reduction::estimate_mesh_error(machine, stated, on(second), second.factor);
         error = reduction::both_errors(*error, of_pads);
-        error->second += ", and joints divided twice as finely";
+        error->second += ", finer joints";
         warn_of_pads(of_pads);
       });
   if (!no_joints.empty()) core::warn("no model with joints divided more finely, whose error is left out: " + no_joints);
