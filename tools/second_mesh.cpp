@@ -34,10 +34,12 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
   const mesh::Machine& machine = machine_case.machine;
   const auto on = [&](const reduction::SecondModel& model) { return solver::run_campaign(model.full, {load}, {}); };
   std::optional<reduction::MeshError> error;
-  std::vector<solver::LoadResult> stated;  // with the joints that have the finer ones beside them
+  std::vector<solver::LoadResult> stated;  // on the mesh on which joints are divided more finely: the cheaper one
+  bool on_first = machine.order == 1;
   const std::string no_mesh = reduction::with_second_model(
       machine_case, full.mesh, machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
         stated = on(second);
+        on_first = on_first || second.ratio < 1.0;
         error = reduction::estimate_mesh_error(machine, {result}, stated, second.factor);
         error->second = fmt::format("{} tetrahedra of {:.2f} times the size, {} nodes",
                                     second.full.mesh.machine.order == 2 ? "quadratic" : "linear", second.ratio,
@@ -45,9 +47,9 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
       });
   if (!error) core::warn("no second mesh, hence no estimate of the mesh error: " + no_mesh);
   if (!error || !mesh::has_divided_pads(machine)) return error;
-  if (machine.order == 1) stated = {result};
+  if (on_first) stated = {result};
   const std::string no_joints = reduction::with_finer_joints(
-      machine_case, full.mesh, machine.sensors, out / "cache", [&](const reduction::SecondModel& second) {
+      machine_case, full.mesh, machine.sensors, out / "cache", on_first, [&](const reduction::SecondModel& second) {
         const reduction::MeshError of_pads = reduction::estimate_mesh_error(machine, stated, on(second), second.factor);
         error = reduction::both_errors(*error, of_pads);
         error->second += ", finer joints";

@@ -77,12 +77,12 @@ std::string with_second_model(const solver::Case& machine_case, const mesh::Mach
 
 std::string with_finer_joints(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use) {
+                              bool on_first, const std::function<void(const SecondModel&)>& use) {
   const int order = machine_case.machine.order;
   const auto factor_of = [&](const SecondMesh& wanted, double ratio) {
-    return order == 1 || error_of_difference(order, wanted.order, ratio) > 0.0 ? error_of_pads : 0.0;
+    return on_first || error_of_difference(order, wanted.order, ratio) > 0.0 ? error_of_pads : 0.0;
   };
-  const std::vector<SecondMesh> meshes = order == 1 ? std::vector<SecondMesh>{{1, 1.0}} : second_meshes(order);
+  const std::vector<SecondMesh> meshes = on_first ? std::vector<SecondMesh>{{order, 1.0}} : second_meshes(order);
   return with_one_of(meshes, machine_case, mesh, sensors, cache, factor_of, use, finer_joints);
 }
 

@@ -31,11 +31,11 @@ std::string with_second_model(const solver::Case& machine_case, const mesh::Mach
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
                               const std::function<void(const SecondModel&)>& use);
 
-/// The same with joints divided twice as finely (mesh::with_finer_pads) and the factor error_of_pads: of linear
-/// tetrahedra on their own mesh, whose error is larger; else on the mesh that with_second_model uses.
+/// The same with joints divided twice as finely (mesh::with_finer_pads) and the factor error_of_pads.
+/// @param on_first  on the case's own mesh, else on that of with_second_model
 std::string with_finer_joints(const solver::Case& machine_case, const mesh::MachineMesh& mesh,
                               const std::vector<mesh::SensorSpec>& sensors, const std::filesystem::path& cache,
-                              const std::function<void(const SecondModel&)>& use);
+                              bool on_first, const std::function<void(const SecondModel&)>& use);
 
 /// The same on a mesh of the same tetrahedra with smaller edges, and with factor 1: rules with boxes take other
 /// triangles there, so that areas of sources, films and contacts differ as they may from those of the machine.
