@@ -262,9 +262,12 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {
-  // Nine digits are what a file should carry: 12.184, not 12.184000000000001.
-  const double exact = parameter.ratio ? in_file * value : in_file + value;
-  return std::stod(fmt::format("{:.9g}", exact));
+  return parameter.ratio ? in_file * value : in_file + value;
+}
+
+/// Nine digits are what a file should carry: 12.184, not 12.184000000000001.
+double value_for_file(double in_file, const Parameter& parameter, double value) {
+  return std::stod(fmt::format("{:.9g}", changed_value(in_file, parameter, value)));
 }
 
 MachineInTime with_parameter(const MachineInTime& machine, const Parameter& parameter, double value) {
@@ -305,7 +308,7 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
                     core::plain_number(value, 4), unit, core::plain_number(std, 2), unit, was);
     if (is_step(parameter.kind)) comment += "; since " + step_in_words(parameter);
     if (!why.empty()) comment += "; " + why;
-    text = changed_text(text, machine.path.string(), place, changed_value(was, parameter, value), comment);
+    text = changed_text(text, machine.path.string(), place, value_for_file(was, parameter, value), comment);
   }
   return text;
 }

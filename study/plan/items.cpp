@@ -2,11 +2,16 @@
 #include "study/plan/items.h"
 
 #include <cmath>
+#include <utility>
+
+#include "diagnosis/causes/exchange_ids.h"
+#include "diagnosis/causes/offered_causes.h"
 
 namespace thermotwin::study {
 
 using diagnosis::Effect;
 using diagnosis::Kind;
+using diagnosis::Parameter;
 using diagnosis::Target;
 
 namespace {
@@ -59,15 +64,15 @@ std::vector<Item> segments(const mesh::Machine& machine) {
 
 std::vector<Item> exchanges(const mesh::Machine& machine) {
   std::vector<Item> items;
-  for (const mesh::VolumeSpec& volume : machine.volumes)
-    for (const mesh::VolumeExchange& exchange : volume.exchanges)
-      items.push_back({volume.id + "." + exchange.with, exchange.conductance.std_percent});
+  for (const mesh::VolumeSpec& volume : machine.volumes) {
+    const std::vector<std::string> ids = diagnosis::exchange_ids(volume);
+    for (std::size_t i = 0; i < ids.size(); ++i) items.push_back({ids[i], volume.exchanges[i].conductance.std_percent});
+  }
   return items;
 }
 
-}  // namespace
-
-std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
+/// All items of the kind's table, whether or not it acts on them.
+std::vector<Item> items_of_table(const mesh::Machine& machine, Kind kind) {
   std::vector<Item> items;
   switch (diagnosis::row_of(kind).target) {
     case Target::source: return sources(machine, kind);
@@ -104,6 +109,34 @@ std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
     case Target::nothing:
     case Target::sensor:
     case Target::reading: break;
+  }
+  return items;
+}
+
+/// The causes of the kind that a diagnosis offers for the item: of a material, those of its bodies.
+const Parameter* offered(const std::vector<Parameter>& all, const mesh::Machine& machine, Kind kind,
+                         const std::string& id) {
+  for (const Parameter& one : all) {
+    if (one.kind != kind) continue;
+    const int body = machine.body_index(one.where);
+    const bool of_material = diagnosis::row_of(kind).target == Target::body && body >= 0 &&
+                             machine.bodies[body].material == id && machine.body_index(id) < 0;
+    if (one.where == id || of_material) return &one;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<Item> items_of(const mesh::Machine& machine, Kind kind) {
+  const std::vector<Parameter> all = diagnosis::candidate_parameters(machine, {}, true);
+  std::vector<Item> items;
+  for (Item& item : items_of_table(machine, kind)) {
+    const Parameter* parameter = offered(all, machine, kind, item.id);
+    if (parameter == nullptr) continue;
+    item.low = parameter->low;
+    item.high = parameter->high;
+    items.push_back(std::move(item));
   }
   return items;
 }

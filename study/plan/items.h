@@ -11,14 +11,16 @@
 namespace thermotwin::study {
 
 struct Item {
-  std::string id;          ///< as `where` in diagnosis.json
-  double std_percent = 0;  ///< of the kind's value in machine.toml; 0: none is stated
-  double size = 1;         ///< of that value, in the kind's unit, where the kind adds to it; else 1
+  std::string id;            ///< as `where` in diagnosis.json
+  double std_percent = 0;    ///< of the kind's value in machine.toml; 0: none is stated
+  double size = 1;           ///< of that value, in the kind's unit, where the kind adds to it; else 1
+  double low = 0, high = 0;  ///< of the kind's factor, or of what it adds
   /// Of the kind's factor, or of what it adds; 0: none is stated, or that of the value 0.
   double std() const { return size * std_percent / 100.0; }
 };
 
-/// @return all items of the machine that the kind may change; empty for a kind that does not act on the machine
+/// @return the items of the machine that the kind acts on, as a diagnosis offers them without a measurement; empty for a
+///   kind that acts on none
 std::vector<Item> items_of(const mesh::Machine& machine, diagnosis::Kind kind);
 
 /// The kinds that a plan may name: they act on the machine, not on readings.

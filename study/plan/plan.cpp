@@ -53,6 +53,11 @@ std::optional<Distribution> stated(const core::Node& node, const KindRow& row) {
     const std::vector<double> values = node.numbers("values");
     if (values.empty()) throw core::InputError(node.place("values"), "no value", "one value or more");
     for (const double value : values) require_in_range(row, value, node.place("values"));
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      if (std::find(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values[i]) !=
+          values.begin() + static_cast<std::ptrdiff_t>(i))
+        throw core::InputError(node.place("values"), fmt::format("{} twice", values[i]), "each value once");
+    }
     return Distribution::fixed(values);
   }
   if (given.front() == "range") {
@@ -88,6 +93,17 @@ const Item& find_item(const std::vector<Item>& items, const std::string& id, con
                              : row.where + ": " + core::join(known) + " (nearest: " + core::nearest(id, known) + ")");
 }
 
+/// Bounds of an item may be closer than those of its kind: an emissivity is at most 1.
+void require_possible(const Item& item, const Distribution& own, const KindRow& row, const core::Node& node) {
+  const std::vector<double> all = own.spread == Spread::values ? own.values : std::vector<double>{own.low, own.high};
+  for (const double value : all) {
+    if (value >= item.low && value <= item.high) continue;
+    const char* key = own.spread == Spread::values ? "values" : own.spread == Spread::uniform ? "range" : "where";
+    throw core::InputError(node.place(key), fmt::format("{:.6g} of '{}'", value, item.id),
+                           fmt::format("{} of {}: {:.6g} to {:.6g}", row.amount, row.name, item.low, item.high));
+  }
+}
+
 void add_parameters(const core::Node& node, const mesh::Machine& machine, std::vector<StudyParameter>& parameters) {
   const KindRow& row = kind_of(node);
   const std::vector<Item> items = items_of(machine, row.kind);
@@ -118,9 +134,18 @@ void add_parameters(const core::Node& node, const mesh::Machine& machine, std::v
       throw core::InputError(node.place("where"), "'" + id + has + machine.path.string(),
                              "values, range, std_percent or std beside it");
     }
-    made.distribution = own ? *own : Distribution::normal(made.parameter.ratio ? 1.0 : 0.0, item.std());
-    if (made.distribution.is_drawn() && made.parameter.ratio)
-      made.distribution.low = std::max(made.distribution.low, row.low);
+    made.parameter.low = item.low;
+    made.parameter.high = item.high;
+    if (own) {
+      require_possible(item, *own, row, node);
+      made.distribution = *own;
+    } else {
+      made.distribution = Distribution::normal(made.parameter.ratio ? 1.0 : 0.0, item.std());
+    }
+    if (made.distribution.is_drawn()) {
+      made.distribution.low = std::max(made.distribution.low, item.low);
+      made.distribution.high = std::min(made.distribution.high, item.high);
+    }
     for (const StudyParameter& other : parameters) {
       if (other.name == made.name)
         throw core::InputError(node.place("where"), "'" + id + "' of " + row.name + " twice", "each parameter once");

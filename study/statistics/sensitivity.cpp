@@ -20,7 +20,8 @@ using Eigen::VectorXd;
 
 constexpr double deviations95 = 1.959963984540054;
 constexpr double nearly_one = 1.0 - 1e-15;
-constexpr double kept_variance = 1e-10;  // share of the outputs' squares that scores may leave out
+constexpr double nothing_varies = 1e-18;  // share of the outputs' squares below which variance is rounding
+constexpr double kept_variance = 1e-10;   // share of the outputs' squares that scores may leave out
 
 double clip(double share) { return std::clamp(share, 0.0, 1.0); }
 
@@ -165,6 +166,19 @@ private:
   std::vector<Pair> pairs_;
 };
 
+/// Whether the samples differ by rounding alone.
+bool are_alike(const MatrixXd& outputs) {
+  return (outputs.rowwise() - outputs.colwise().mean()).squaredNorm() <= nothing_varies * outputs.squaredNorm();
+}
+
+/// Nothing varies, so that nothing has a share of it.
+Sensitivity no_shares(Index parameters) {
+  Sensitivity none;
+  none.first.assign(parameters, {0.0, 0.0, 0.0});
+  none.total = none.first;
+  return none;
+}
+
 }  // namespace
 
 MatrixXd scores_of(const MatrixXd& outputs) {
@@ -188,6 +202,7 @@ Sensitivity pick_freeze(const MatrixXd& outputs, int parameters) {
     throw core::InputError("sensitivities", fmt::format("{} rows of {} parameters", outputs.rows(), parameters),
                            fmt::format("4 samples or more of {} rows each", each));
   }
+  if (are_alike(outputs)) return no_shares(parameters);
   const MatrixXd scores = scores_of(outputs);
   const auto series = [&](Index row) { return MatrixXd(scores(Eigen::seqN(row, n, each), Eigen::all)); };
   const MatrixXd a = series(0), b = series(1);
@@ -219,6 +234,7 @@ Sensitivity by_regression(const MatrixXd& values, const std::vector<Distribution
     throw core::InputError("sensitivities", fmt::format("{} samples of {} parameters", n, d),
                            fmt::format("{} samples or more", least_samples(d)));
   }
+  if (are_alike(outputs)) return no_shares(d);
   const MatrixXd scores = scores_of(outputs);
   Regression regression(values, distributions);
   regression.add_products(scores);

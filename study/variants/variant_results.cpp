@@ -13,7 +13,9 @@
 #include "core/file.h"
 #include "core/quoted.h"
 #include "core/statistics.h"
+#include "core/text.h"
 #include "core/thread_pool.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "study/units/unit_files.h"
 
@@ -128,10 +130,27 @@ std::string obstacle(const StudyPlan& plan, const Design& design, std::size_t pr
   return fmt::format("{} samples of {} parameters; sensitivities need {} or more", present, drawn, least);
 }
 
+/// Of all variants of a block. The rows of a table run over the poses of each time.
+std::vector<VariantError> errors_of(const Block& block, Index poses) {
+  std::vector<VariantError> errors;
+  const Eigen::VectorXd time = block.frame.values.col(0);
+  for (std::size_t i = 0; i < block.errors.size(); ++i) {
+    const Eigen::VectorXd length = block.errors[i].leftCols<3>().rowwise().norm();
+    Index at = 0;
+    VariantError error{block.variants[i]};
+    error.largest_um = length.maxCoeff(&at);
+    error.largest_at_s = time[at];
+    error.end_um = length.tail(std::min(poses, length.size())).maxCoeff();
+    errors.push_back(error);
+  }
+  return errors;
+}
+
 LoadStudy study_load(const StudyPlan& plan, const Design& design, const Block& block, const std::string& load,
                      bool sensitive, Index poses) {
   LoadStudy found;
   found.load = load;
+  found.errors = errors_of(block, poses);
   std::vector<std::size_t> of;  // draws from the distributions themselves
   const std::size_t each = design.drawn.size() + 2;
   const bool pick = plan.sampling == Sampling::pick_freeze && !design.drawn.empty();
@@ -236,6 +255,30 @@ std::vector<std::size_t> that_matter(const Sensitivity& sensitivity) {
   return order;
 }
 
+std::vector<std::vector<std::string>> error_rows(const StudyPlan& plan, const Design& design,
+                                                 const VariantStudy& results, bool with_values, std::size_t most) {
+  std::vector<std::vector<std::string>> rows{{"variant", "group"}};
+  if (with_values)
+    for (const StudyParameter& parameter : plan.parameters) rows[0].push_back(parameter.name);
+  for (const char* head : {"load", "largest_error_um", "at_h", "error_at_end_um"}) rows[0].emplace_back(head);
+  for (const GroupStudy& group : results.groups) {
+    for (const LoadStudy& load : group.loads) {
+      for (const VariantError& error : load.errors) {
+        if (rows.size() > most) return rows;
+        std::vector<std::string> row{std::to_string(error.variant + 1), group.name};
+        if (with_values)
+          for (const double value : design.variants[error.variant].values) row.push_back(fmt::format("{:.6g}", value));
+        row.push_back(load.load);
+        row.push_back(fmt::format("{:.6g}", error.largest_um));
+        row.push_back(fmt::format("{:.4g}", error.largest_at_s / core::units::hour));
+        row.push_back(fmt::format("{:.6g}", error.end_um));
+        rows.push_back(std::move(row));
+      }
+    }
+  }
+  return rows;
+}
+
 VariantStudy gather(const fs::path& study, const StudyPlan& plan, const Design& design,
                     const std::vector<VariantUnit>& units) {
   VariantStudy results;
@@ -289,6 +332,11 @@ void write_results(const fs::path& study, const StudyPlan& plan, const Design& d
       core::write_file(folder / "sensitivities_by_pose.csv", by_pose(plan.machine_case.machine, results, load));
     }
   }
+  std::string errors;
+  for (const std::vector<std::string>& row :
+       error_rows(plan, design, results, false, design.variants.size() * plan.loads.size()))
+    errors += core::join(row, ",") + "\n";
+  core::write_file(study / "errors.csv", errors);
   core::write_csv(study / "variants.csv", variants_table(plan, design, results.results), table_digits);
   std::error_code ignored;
   if (results.failed.empty())

@@ -17,8 +17,15 @@
 
 namespace thermotwin::study {
 
+/// The length of the TCP error of one variant, over all poses.
+struct VariantError {
+  std::size_t variant = 0;  ///< index into the design
+  double largest_um = 0, largest_at_s = 0, end_um = 0;
+};
+
 struct LoadStudy {
   std::string load;
+  std::vector<VariantError> errors;  ///< of the variants with results
   /// time_s, axes, then error_um (length of the translation), dx_um ... rc_um_per_m with _q05, _q50 and _q95 each
   core::Table quantiles;
   std::optional<Sensitivity> sensitivity;         ///< of all poses and times together
@@ -62,12 +69,18 @@ inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
 std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);
 
+/// Heads and rows of errors.csv, with the values of the variant where asked for: variant, group, values, load, largest
+/// error, its time, the error at the end.
+/// @param most  rows at most
+std::vector<std::vector<std::string>> error_rows(const StudyPlan& plan, const Design& design,
+                                                 const VariantStudy& results, bool with_values, std::size_t most);
+
 /// @param study  folder of the study
 VariantStudy gather(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                     const std::vector<VariantUnit>& units);
 
-/// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, variants.csv, and failures.csv
-/// where variants failed.
+/// Writes GROUP/LOAD/quantiles.csv, sensitivities.csv and sensitivities_by_pose.csv, variants.csv, errors.csv with
+/// the TCP error of each variant, and failures.csv where variants failed.
 /// @throws InputError
 void write_results(const std::filesystem::path& study, const StudyPlan& plan, const Design& design,
                    const VariantStudy& results);

@@ -99,13 +99,27 @@ void warn_of_rows(const solver::LoadProgram& load, double every_s, double used) 
   }
 }
 
+int wanted_count(const StudySensorsOptions& options, Index own) {
+  return options.count > 0 ? options.count : static_cast<int>(own);
+}
+
 }  // namespace
+
+std::vector<study::Place> sensor_places(const StudySensorsOptions& options, const mesh::MachineMesh& mesh) {
+  std::vector<study::Place> places = study::sensor_places(mesh, rules_of(options));
+  const int count = wanted_count(options, std::ssize(mesh.machine.sensors));
+  if (count < 1 || count > std::ssize(places)) {
+    throw core::InputError("--count", std::to_string(count),
+                           fmt::format("1 to {}: the places that the rules leave", places.size()));
+  }
+  return places;
+}
 
 ChosenSensors chosen_sensors(const StudySensorsOptions& options, const solver::Case& machine_case,
                              const solver::FullModel& full, const reduction::ReducedModel& model, const MatrixXd& basis,
                              const std::vector<solver::LoadProgram>& loads) {
   ChosenSensors choice;
-  choice.places = study::sensor_places(full.mesh, rules_of(options));
+  choice.places = sensor_places(options, full.mesh);
   const Index places = std::ssize(choice.places), own = std::ssize(model.machine.sensors);
   MatrixXd rows(places + own, model.system.order());
   for (Index i = 0; i < places; ++i) rows.row(i) = basis.row(choice.places[i].node).head(rows.cols());
@@ -137,11 +151,7 @@ ChosenSensors chosen_sensors(const StudySensorsOptions& options, const solver::C
     for (study::MeshDifference& mesh : error.meshes)
       for (Eigen::VectorXd& at : mesh.tcp_um) reach.keep(at);
   const study::SensorChoice judge(along, parameters, rows, tcp, how, errors);
-  const int count = options.count > 0 ? options.count : static_cast<int>(own);
-  if (count < 1 || count > places) {
-    throw core::InputError("--count", std::to_string(count),
-                           fmt::format("1 to {}: the places that the rules leave", places));
-  }
+  const int count = wanted_count(options, own);
   const std::vector<int> greedy = judge.greedy(count);
   for (int k = 1; k <= count; ++k) {
     const std::vector<int> first(greedy.begin(), greedy.begin() + k);

@@ -36,11 +36,15 @@ struct ChosenSensors {
   std::optional<ConfirmedSensors> confirmed;
   /// The criterion of what the machines differ by from the model.
   double predicted_um(const study::Left& of) const { return confirmed->own_mesh ? of.parameters_um : of.all_um(); }
-  /// Whether the machines say of choice and case what the criterion says.
+  /// Whether the machines say of choice and case what the criterion says of them, and what the choice was made by.
   bool borne_out() const {
-    return (confirmed->chosen_um() < confirmed->own_um()) == (predicted_um(chosen_left) < predicted_um(own_left));
+    const bool better = confirmed->chosen_um() < confirmed->own_um();
+    return better == (predicted_um(chosen_left) < predicted_um(own_left)) && better == (chosen_um < own_um);
   }
 };
+
+/// Places that the rules of the options leave. @throws InputError  for rules that name nothing, more sensors than places
+std::vector<study::Place> sensor_places(const StudySensorsOptions& options, const mesh::MachineMesh& mesh);
 
 /// @param basis  of the model, (size x order or more)  @throws InputError  for more sensors than places
 ChosenSensors chosen_sensors(const StudySensorsOptions& options, const solver::Case& machine_case,

@@ -114,6 +114,7 @@ void study_sensors(const StudySensorsOptions& given) {
   core::write_file(folder / study::origin_note, fs::canonical(options.case_path).string() + "\n");
   const core::FolderGuard guard(options.out, folder / study::origin_note);
   const solver::FullModel full = build(machine_case, options.out);
+  sensor_places(options, full.mesh);  // what is wrong with the rules is said before the reduced model is made
   const ReducedCase made = make_reduced_model(full, machine_case, {}, true, options.out);
   ChosenSensors choice = chosen_sensors(options, machine_case, full, made.model, made.summary.basis, loads);
   std::vector<study::Place> places;
@@ -144,9 +145,10 @@ void study_sensors(const StudySensorsOptions& given) {
   std::string text = core::format_table(sensor_table(sensors, choice));
   text += fmt::format(
       "\n{} places; left of the TCP error: {:.2f} um without sensors, {:.2f} um with the {} of the case, "
-      "{:.2f} um with these {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
-      choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um, choice.chosen.size(),
-      choice.own_after_loss_um, choice.chosen_after_loss_um);
+      "{:.2f} um with {}; after the loss of the worst {:.2f} um, {:.2f} um\n",
+      choice.places.size(), choice.without_um, choice.own_um, choice.own.size(), choice.chosen_um,
+      choice.chosen.size() == 1 ? "this one" : fmt::format("these {}", choice.chosen.size()), choice.own_after_loss_um,
+      choice.chosen_after_loss_um);
   text += mesh_error_sentence(choice) + "\n";
   if (!choice.directions.empty()) text += choice.directions + "\n";
   for (const std::string& sentence : confirmation_sentences(choice)) text += sentence + "\n";

@@ -86,20 +86,27 @@ std::vector<std::string> confirmation_sentences(const ChosenSensors& choice) {
   const ConfirmedSensors& on = *choice.confirmed;
   const bool better = on.chosen_um() < on.own_um();
   std::vector<std::string> sentences{fmt::format(
-      "On {} machines measured virtually the choice is {} than the sensors of the case by {:.0f} %: {:.2f} um against "
-      "{:.2f} um (medians; better on {} of {}).",
-      on.own.size(), better ? "better" : "worse", std::abs(on.change_percent()), on.chosen_um(), on.own_um(),
-      on.better(), on.own.size())};
+      "On {} measured virtually the choice is {} than the sensors of the case by {:.0f} %: it leaves {:.2f} um, the "
+      "sensors of the case {:.2f} um (medians; the choice is better on {} of {}).",
+      on.own.size() == 1 ? "one machine" : fmt::format("{} machines", on.own.size()), better ? "better" : "worse",
+      std::abs(on.change_percent()), on.chosen_um(), on.own_um(), on.better(), on.own.size())};
   const double chosen = choice.predicted_um(choice.chosen_left), own = choice.predicted_um(choice.own_left);
   sentences.push_back(
-      fmt::format("Predicted were {:.2f} um and {:.2f} um ({:+.0f} %){}.", chosen, own,
+      fmt::format("Predicted were {:.2f} um with the choice and {:.2f} um with the case's ({:+.0f} %){}.", chosen, own,
                   own > 0.0 ? 100.0 * (chosen / own - 1.0) : 0.0,
                   on.own_mesh ? ", without the mesh error: these machines have the model's own mesh" : ""));
   if (choice.borne_out())
     sentences.emplace_back("The machines bear out the prediction.");
   else
-    sentences.emplace_back("The machines do not bear out the prediction.");
-  if (!better && !on.own_mesh) sentences.emplace_back("Keep the sensors of the case.");
+    sentences.emplace_back("The machines do not bear out that the choice is " +
+                           std::string(choice.chosen_um < choice.own_um ? "better." : "worse."));
+  if (!better) {
+    sentences.emplace_back(
+        on.own_mesh && choice.chosen_um < choice.own_um
+            ? "Keep the sensors of the case, or choose on a finer mesh: most of what the choice gains "
+              "is mesh error."
+            : "Keep the sensors of the case.");
+  }
   return sentences;
 }
 

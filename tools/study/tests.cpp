@@ -232,6 +232,20 @@ void take_better_start(const StudyTestsOptions& options, const study::TestChoice
   study.chosen = from.end_um2() < other.end_um2() ? std::move(from) : other;
 }
 
+/// The shortest test that leaves no more than it may: of the chosen order, or of another that is there sooner.
+TestPath quickest(const study::TestChoice& choice, const TestStudy& study) {
+  const double variance = study.leave_um * study.leave_um;
+  TestPath best = choice.evaluate(choice.shortened(study.chosen.blocks, variance));
+  std::vector<const TestPath*> others{&study.iso};
+  for (const TestPath& path : study.random) others.push_back(&path);
+  for (const TestPath* other : others) {
+    const std::optional<double> theirs = study.hours_until(*other), own = study.hours_until(best);
+    if (!theirs || (own && *own <= *theirs)) continue;
+    best = choice.evaluate(choice.shortened(other->blocks, variance));
+  }
+  return best;
+}
+
 /// All orders to their end. @param iso  its blocks
 TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& choice,
                   const std::vector<TestBlock>& iso) {
@@ -239,6 +253,11 @@ TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& cho
   TestStudy study;
   study.prior_um2 = choice.prior_um2();
   study.leave_um = options.leave_um;
+  if (study.leave_um * study.leave_um >= study.prior_um2) {
+    throw core::InputError("--leave", fmt::format("{:g} um", study.leave_um),
+                           fmt::format("less than the {:.3f} um that are left before any test: no test is needed",
+                                       std::sqrt(study.prior_um2)));
+  }
   study.chosen = choice.evaluate(choice.exchanged(choice.greedy(seconds), options.exchanges));
   TestOrder of_iso;
   for (const TestBlock& block : iso) of_iso.push_back(&block);
@@ -250,8 +269,7 @@ TestStudy compare(const StudyTestsOptions& options, const study::TestChoice& cho
     progress.advance();
   }
   take_better_start(options, choice, study);
-  if (study.leave_um > 0)
-    study.chosen = choice.evaluate(choice.shortened(study.chosen.blocks, study.leave_um * study.leave_um));
+  if (study.leave_um > 0) study.chosen = quickest(choice, study);
   return study;
 }
 

@@ -53,7 +53,8 @@ std::string command_of(const StudyTestsOptions& options) {
 }
 
 constexpr std::size_t told_at_most = 3;
-constexpr double told_share = 0.1;  ///< of the block's largest
+constexpr double told_share = 0.1;        ///< of the block's largest
+constexpr double predicted_within = 2.0;  ///< times as much as predicted, above which the difference is explained
 
 VectorXd curve_hours(const TestPath& path) {
   VectorXd hours(std::ssize(path.hours) + 1);
@@ -141,6 +142,8 @@ std::vector<std::vector<std::string>> test_table(const TestStudy& study) {
 }
 
 std::vector<std::vector<std::string>> parameter_table(const TestStudy& study) {
+  // With --leave the others run for other times, so that their deviations are no comparison.
+  const bool alone = study.leave_um > 0;
   std::vector<std::vector<std::string>> rows{
       {"parameter", "prior %", "chosen %", "random %", "ISO 230-3 %", "gain um2"}};
   VectorXd gain = VectorXd::Zero(std::ssize(study.parameters));
@@ -154,7 +157,7 @@ std::vector<std::vector<std::string>> parameter_table(const TestStudy& study) {
       return fmt::format("{:.2f}", prior * std::sqrt(std::max(0.0, path.covariance(p, p))));
     };
     rows.push_back({study::key_of(study.parameters[p]), fmt::format("{:.2f}", prior), after(study.chosen),
-                    after(study.best()), after(study.iso), fmt::format("{:.4g}", gain[p])});
+                    alone ? "" : after(study.best()), alone ? "" : after(study.iso), fmt::format("{:.4g}", gain[p])});
   }
   return rows;
 }
@@ -212,16 +215,38 @@ std::string test_sentence(const TestStudy& study) {
   return words;
 }
 
+namespace {
+
+/// Of the machines' errors, um.
+std::string verdict_of(double nominal, double chosen, double random, double predicted) {
+  std::string words = chosen < nominal ? "The test makes the prediction better" : "The test does not help";
+  words += chosen <= random ? " and is no worse than the random order." : ", and the random order is better.";
+  if (chosen > predicted_within * predicted) {
+    words += fmt::format(
+        " It leaves {:.1f} times as much as predicted: the prediction counts the values alone, not the errors of mesh "
+        "and "
+        "model, which these machines have too.",
+        chosen / predicted);
+  }
+  return words;
+}
+
+}  // namespace
+
 std::string confirmed_sentence(const TestStudy& study) {
   if (study.confirmed.empty()) return "";
+  const double nominal = median_of(study, [](const study::ConfirmedMachine&one) { return one.nominal_um; }),
+               chosen = median_of(study, [](const study::ConfirmedMachine&one) { return one.tests_um[0]; }),
+               random = median_of(study, [](const study::ConfirmedMachine&one) { return one.tests_um[1]; }),
+               predicted = std::sqrt(study.chosen.end_um2());
   return fmt::format(
-      "On {} machines measured virtually the prediction has an error of {:.2f} um with the values of machine.toml, of "
-      "{:.2f} um with those from the chosen test, of {:.2f} um with those from a random order (medians of the RMS). "
-      "Predicted were {:.2f}, {:.2f} and {:.2f} um.",
-      study.confirmed.size(), median_of(study, [](const study::ConfirmedMachine& one) { return one.nominal_um; }),
-      median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[0]; }),
-      median_of(study, [](const study::ConfirmedMachine& one) { return one.tests_um[1]; }), std::sqrt(study.prior_um2),
-      std::sqrt(study.chosen.end_um2()), std::sqrt(study.random.front().end_um2()));
+      "On {} measured virtually the prediction has an error of {:.2f} um with the values of machine.toml, of {:.2f} um "
+      "with those from the chosen test, of {:.2f} um with those from a random order (medians of the RMS). Predicted "
+      "were "
+      "{:.2f}, {:.2f} and {:.2f} um. {}",
+      study.confirmed.size() == 1 ? "one machine" : fmt::format("{} machines", study.confirmed.size()), nominal, chosen,
+      random, std::sqrt(study.prior_um2), predicted, std::sqrt(study.random.front().end_um2()),
+      verdict_of(nominal, chosen, random, predicted));
 }
 
 std::string tests_page(const StudyTestsOptions& options, const TestStudy& study) {

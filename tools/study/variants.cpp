@@ -36,6 +36,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr double most_variants = 100000;
+constexpr std::size_t most_shown = 24;
 
 /// Nodes of each mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
 /// empty: unknown.
@@ -129,9 +130,23 @@ std::string last_lines(const study::VariantStudy& results, std::size_t variants,
                             results.failed_variants(), (folder / "failures.csv").string());
 }
 
+/// Values that the plan states, one by one: quantiles of them mean nothing.
+std::string table_of_values(const study::VariantStudy& results, const study::StudyPlan& plan,
+                            const study::Design& design) {
+  const std::vector<std::vector<std::string>> rows = study::error_rows(plan, design, results, true, most_shown);
+  std::size_t all = 0;
+  for (const study::GroupStudy& group : results.groups)
+    for (const study::LoadStudy& load : group.loads) all += load.errors.size();
+  std::string text = core::format_table(rows);
+  if (rows.size() <= all) text += fmt::format("\nthe first {} of {}; all are in errors.csv", rows.size() - 1, all);
+  return text;
+}
+
 std::string table_of(const study::VariantStudy& results, const study::StudyPlan& plan, const study::Design& design) {
-  std::vector<std::vector<std::string>> rows{
-      {"group", "load", "variants", "median um", "95 % below um", "parameters that matter (total share)"}};
+  if (design.drawn.empty() && !plan.parameters.empty()) return table_of_values(results, plan, design);
+  std::vector<std::vector<std::string>> rows{{"group", "load", "variants",
+                                              "TCP error, largest over time and poses: median um", "95 % below um",
+                                              "parameters that matter (total share)"}};
   for (std::size_t g = 0; g < results.groups.size(); ++g) {
     const study::GroupStudy& group = results.groups[g];
     for (const std::string& name : without_results(results, plan, g)) {
@@ -248,7 +263,9 @@ void study_variants(const StudyVariantsOptions& given) {
   if (options.reduced) {
     model = reduced_model(options, plan);
     origin.model = "reduced " + core::content_hash(core::read_file(options.model));
-    computed_by = fmt::format("order {}, made of {}", model->system.order(), model->size);
+    const bool other = model->machine.hash != plan.machine_case.machine.hash;
+    computed_by = fmt::format("order {}, made of {}{}", model->system.order(), model->size,
+                              other ? ", from another machine.toml than that of the plan" : "");
   }
   const std::vector<study::VariantUnit> units = study::make_units(plan, design, origin);
   of.units.assign(units.begin(), units.end());

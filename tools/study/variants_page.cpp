@@ -19,7 +19,7 @@ using study::GroupStudy;
 using study::LoadStudy;
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr std::size_t most_bars = 20, least_of_quantile = 20;
+constexpr std::size_t most_bars = 20, least_of_quantile = 20, most_listed = 60;
 
 std::string name_of(const VariantsPage& page, const GroupStudy& group, const LoadStudy& load) {
   return page.results.groups.size() > 1 ? load.load + ", " + group.name : load.load;
@@ -123,6 +123,21 @@ std::string shares(const VariantsPage& page) {
   return markup;
 }
 
+/// The result of each variant, where there are few.
+std::string each(const VariantsPage& page) {
+  const Rows rows = study::error_rows(page.plan, page.design, page.results, true, most_listed);
+  if (rows.size() < 2) return "";
+  std::size_t all = 0;
+  for (const GroupStudy& group : page.results.groups)
+    for (const LoadStudy& load : group.loads) all += load.errors.size();
+  return core::html_section(
+      "Each variant",
+      rows.size() <= all
+          ? fmt::format("the first {} of {}; all are in errors.csv and variants.csv", rows.size() - 1, all)
+          : "length of the TCP error, the largest over poses",
+      core::html_table(rows));
+}
+
 std::string missing(const VariantsPage& page) {
   const auto section = [](const char* title, const char* head, const std::vector<std::string>& units) {
     if (units.empty()) return std::string();
@@ -136,12 +151,15 @@ std::string missing(const VariantsPage& page) {
 
 std::string next_steps(const VariantsPage& page) {
   const std::string plan = core::shell_word(page.options.plan), out = core::shell_word(page.options.out);
+  std::string how = out;
+  if (page.options.reduced) how += " --reduced --model " + core::shell_word(page.options.model);
+  if (page.options.solver != StudyVariantsOptions().solver) how += " --solver " + page.options.solver;
   std::vector<core::NextStep> steps;
   if (!page.results.missing.empty())
     steps.push_back({"Compute what is missing; the rest is kept:",
-                     fmt::format("thermotwin study variants {} --out {}", plan, out)});
+                     fmt::format("thermotwin study variants {} --out {}", plan, how)});
   steps.push_back({"The same plan on a cluster; what is done here is kept:",
-                   fmt::format("thermotwin study variants {} --slurm --out {}", plan, out)});
+                   fmt::format("thermotwin study variants {} --slurm --out {}", plan, how)});
   steps.push_back({"Validate the compensation on machines that differ alike:",
                    fmt::format("thermotwin validate {} --draws 20 --out {}",
                                core::shell_word(page.plan.machine_case.folder), out)});
@@ -159,7 +177,7 @@ std::string variants_page(const VariantsPage& page) {
   const std::string below =
       page.plan.title.empty() ? "a family of machines under the same load programs" : page.plan.title;
   return core::html_document(title, core::html_title(title, below) + finding(page) + tiles(page) + curves(page) +
-                                        shares(page) + missing(page) + next_steps(page));
+                                        shares(page) + each(page) + missing(page) + next_steps(page));
 }
 
 }  // namespace thermotwin::tools
