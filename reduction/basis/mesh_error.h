@@ -2,8 +2,8 @@
 #pragma once
 // How far a mesh is from convergence, from the same loads on a second mesh. Linear tetrahedra are too stiff in bending,
 // which another size of them hardly shows: they are compared with quadratic ones, whose own error is far smaller.
-// Quadratic tetrahedra are compared with those of another size (Richardson). Joints touch in the mean of each pad and not
-// from point to point: they are compared with joints divided twice as finely.
+// Quadratic tetrahedra are compared with those of another size (Richardson). Joints touch in the mean of each pad and
+// not from point to point: they are compared with joints divided twice as finely.
 
 #include <vector>
 

@@ -19,8 +19,8 @@ struct Item {
   double std() const { return size * std_percent / 100.0; }
 };
 
-/// @return the items of the machine that the kind acts on, as a diagnosis offers them without a measurement; empty for a
-///   kind that acts on none
+/// @return the items of the machine that the kind acts on, as a diagnosis offers them without a measurement; empty for
+///   a kind that acts on none
 std::vector<Item> items_of(const mesh::Machine& machine, diagnosis::Kind kind);
 
 /// The kinds that a plan may name: they act on the machine, not on readings.

@@ -103,6 +103,10 @@ Standing standing_of(const fs::path& study, const std::vector<Unit>& units) {
       standing.failed.emplace_back(u, std::move(*reason));
     else
       standing.missing.push_back(u);
+    if (!standing.missing.empty() && standing.missing.back() == u && has_result(study, units[u])) {
+      core::warn(unit_folder(study, units[u]).string() +
+                 ": results that were changed by hand or are damaged; the unit counts as missing");
+    }
     progress.advance();
   }
   return standing;

@@ -20,6 +20,8 @@ bool compute_one(const fs::path& study, const std::vector<Unit>& units, std::siz
   if (is_done(study, units[u])) return false;
   const core::FolderLock lock(folder);
   if (is_done(study, units[u])) return false;  // while the lock was waited for
+  if (has_result(study, units[u]))
+    core::warn(folder.string() + ": results that were changed by hand or are damaged; they are computed again");
   mark_done(study, units[u], compute_unit(u, folder));
   std::error_code ignored;
   fs::remove(folder / checkpoint_file, ignored);

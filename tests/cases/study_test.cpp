@@ -140,6 +140,16 @@ TEST_F(StudyVariants, AreThoseOfSeparateRuns) {
     EXPECT_LE((ours - apart.column(column)).cwiseAbs().maxCoeff(), least) << column;
     EXPECT_GT((tcp(8).column(column) - tcp(1).column(column)).cwiseAbs().maxCoeff(), 0.01 * size) << column;
   }
+  // The same in one line: the last row of errors.csv is variant 8.
+  const core::Table eighth = tcp(8);
+  const double largest = (eighth.column("dx_um").array().square() + eighth.column("dy_um").array().square() +
+                          eighth.column("dz_um").array().square())
+                             .sqrt()
+                             .maxCoeff();
+  const std::string rows = read(study() / "errors.csv");
+  EXPECT_TRUE(rows.starts_with("variant,group,load,largest_error_um,at_h,error_at_end_um\n1,coarse,short,")) << rows;
+  EXPECT_SAYS(rows, fmt::format("\n8,coarse,short,{:.6g},", largest));
+  EXPECT_SAYS(read(study() / "report.html"), "Each variant");
 }
 
 /// Powers of the affine toy. Its error is linear in them: one at a time tells what each is worth.
@@ -426,6 +436,8 @@ TEST_F(StudyVariants, ReducedIsSaidAndNear) {
   EXPECT_EQ(json::parse(reduced.out)["model"], "reduced");
   EXPECT_SAYS(json::parse(reduced.out)["computed_by"].get<std::string>(), "order");
   EXPECT_SAYS(read(study("reduced") / "report.html"), "reduced model");
+  const std::string model = " --reduced --model " + toy_.result("model.rom.h5").string();
+  EXPECT_SAYS(read(study("reduced") / "report.html"), "--slurm --out " + toy_.out() + model);
   const Eigen::VectorXd ours = tcp(8, "reduced").column("dz_um"), theirs = tcp(8).column("dz_um");
   EXPECT_LT((ours - theirs).cwiseAbs().maxCoeff(), 0.05 * theirs.cwiseAbs().maxCoeff());
   const Result replaced = run(three_kinds, {"--reduced"});
@@ -471,6 +483,13 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
        "3, and no parameter to draw", "0, or a parameter with range"},
       {"size = [\"coarse\", \"coarse\"]\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n",
        "plan.toml:4", "'coarse' twice", "each once"},
+      {"[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1, 2, 1]\n", "values", "1 twice", "once"},
+      {"[[parameter]]\nkind = \"process_heat\"\nwhere = \"Y.motor\"\nvalues = [1]\n", "where", "'Y.motor'", "id of"},
+      {"[[parameter]]\nkind = \"film_speed_law\"\nwhere = \"slides\"\nvalues = [1]\n", "where", "'slides'", "table"},
+      {"[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"foundation\"\nvalues = [1]\n", "where", "'foundation'",
+       "of air: air"},
+      {"[[parameter]]\nkind = \"film_emissivity\"\nwhere = \"structure\"\nvalues = [1, 1.2]\n", "values",
+       "1.2 of 'structure'", "0 to 1.11111"},
       {"size = \"corse\"\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n", "plan.toml:4",
        "'corse'", "coarse, standard, fine, or a factor"},
   };

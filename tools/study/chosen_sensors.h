@@ -43,7 +43,8 @@ struct ChosenSensors {
   }
 };
 
-/// Places that the rules of the options leave. @throws InputError  for rules that name nothing, more sensors than places
+/// Places that the rules of the options leave.
+/// @throws InputError  for rules that name nothing, more sensors than places
 std::vector<study::Place> sensor_places(const StudySensorsOptions& options, const mesh::MachineMesh& mesh);
 
 /// @param basis  of the model, (size x order or more)  @throws InputError  for more sensors than places

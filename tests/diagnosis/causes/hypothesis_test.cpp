@@ -397,6 +397,13 @@ TEST(Hypothesis, AMeasuredInletLeavesNoControlSensorToDoubt) {
     EXPECT_NE(p.kind, Kind::control_sensor_offset);
 }
 
+TEST(Hypothesis, AValueIsAppliedWithAllItsDigits) {
+  const mesh::Machine machine = full_house();
+  const Parameter p = diagnosis::make_parameter(Kind::source_power, machine.sources[0].id);
+  const double value = 1.00000000512345, nominal = machine.sources[0].scale.value;
+  EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, p, value).sources[0].scale.value, value * nominal);
+}
+
 TEST(Hypothesis, ExtendedTextParsesToTheMachineWithTheParameter) {
   const mesh::Machine machine = full_house();
   for (const Parameter& p : full_parameters()) {

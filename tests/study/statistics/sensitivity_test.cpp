@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -34,6 +35,18 @@ struct GFunction {
 };
 
 bool holds(const Share& share, double value) { return share.low - 1e-12 <= value && value <= share.high + 1e-12; }
+
+TEST(Sensitivity, WhereNothingVariesNothingHasAShare) {
+  const std::vector<Distribution> two(2, Distribution::uniform(0, 1));
+  MatrixXd outputs = MatrixXd::Constant(40, 3, 7.0);
+  outputs.col(1) += 1e-13 * VectorXd::LinSpaced(40, 0, 1);
+  for (const Sensitivity& found :
+       {pick_freeze(outputs, 2), by_regression(0.5 * (MatrixXd::Random(40, 2).array() + 1.0), two, outputs)}) {
+    ASSERT_EQ(found.total.size(), 2U);
+    for (const auto* shares : {&found.first, &found.total})
+      for (const Share& share : *shares) EXPECT_EQ(std::max({share.value, share.low, share.high}), 0.0);
+  }
+}
 
 TEST(Sensitivity, PickFreezeIntervalsHoldTheKnownShares) {
   const GFunction g{(VectorXd(5) << 0.0, 0.5, 1.0, 3.0, 9.0).finished()};
