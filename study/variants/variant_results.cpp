@@ -258,16 +258,19 @@ std::vector<std::size_t> that_matter(const Sensitivity& sensitivity) {
 std::vector<std::vector<std::string>> error_rows(const StudyPlan& plan, const Design& design,
                                                  const VariantStudy& results, bool with_values, std::size_t most) {
   std::vector<std::vector<std::string>> rows{{"variant", "group"}};
-  if (with_values)
-    for (const StudyParameter& parameter : plan.parameters) rows[0].push_back(parameter.name);
+  std::vector<Index> shown;  // parameters that differ between variants
+  for (Index p = 0; with_values && p < std::ssize(plan.parameters); ++p) {
+    const auto differs = [&](const Variant& one) { return one.values[p] != design.variants.front().values[p]; };
+    if (std::any_of(design.variants.begin(), design.variants.end(), differs)) shown.push_back(p);
+  }
+  for (const Index p : shown) rows[0].push_back(plan.parameters[p].name);
   for (const char* head : {"load", "largest_error_um", "at_h", "error_at_end_um"}) rows[0].emplace_back(head);
   for (const GroupStudy& group : results.groups) {
     for (const LoadStudy& load : group.loads) {
       for (const VariantError& error : load.errors) {
         if (rows.size() > most) return rows;
         std::vector<std::string> row{std::to_string(error.variant + 1), group.name};
-        if (with_values)
-          for (const double value : design.variants[error.variant].values) row.push_back(fmt::format("{:.6g}", value));
+        for (const Index p : shown) row.push_back(fmt::format("{:.6g}", design.variants[error.variant].values[p]));
         row.push_back(load.load);
         row.push_back(fmt::format("{:.6g}", error.largest_um));
         row.push_back(fmt::format("{:.4g}", error.largest_at_s / core::units::hour));

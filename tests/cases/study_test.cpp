@@ -484,7 +484,8 @@ TEST_F(StudyVariants, SlipsInAPlanNamePlaceValueAndWhatIsAllowed) {
       {"size = [\"coarse\", \"coarse\"]\n[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1]\n",
        "plan.toml:4", "'coarse' twice", "each once"},
       {"[[parameter]]\nkind = \"source_power\"\nwhere = \"*\"\nvalues = [1, 2, 1]\n", "values", "1 twice", "once"},
-      {"[[parameter]]\nkind = \"process_heat\"\nwhere = \"Y.motor\"\nvalues = [1]\n", "where", "'Y.motor'", "id of"},
+      {"[[parameter]]\nkind = \"process_heat\"\nwhere = \"Y.motor\"\nvalues = [1]\n", "where", "'Y.motor'",
+       "nothing that process_heat may change"},
       {"[[parameter]]\nkind = \"film_speed_law\"\nwhere = \"slides\"\nvalues = [1]\n", "where", "'slides'", "table"},
       {"[[parameter]]\nkind = \"ambient_offset\"\nwhere = \"foundation\"\nvalues = [1]\n", "where", "'foundation'",
        "of air: air"},
@@ -666,7 +667,7 @@ TEST(StudySensors, ChoosesNoWorseThanTheCaseAndConfirmsIt) {
   EXPECT_NEAR(confirmed["change_percent"], 100.0 * (chosen / of_case - 1.0), 1e-9);
   EXPECT_SAYS(read(toy.result("study/sensors/report.html")), confirmed["borne_out"].get<bool>()
                                                                  ? "machines bear out the prediction"
-                                                                 : "do not bear out the prediction");
+                                                                 : "do not bear out that the choice is better");
   EXPECT_FALSE(summary["second_mesh"].get<std::string>().empty());
   EXPECT_SAYS(read(toy.result("study/sensors/report.html")), "The mesh error (against quadratic tetrahedra");
   EXPECT_GT(summary["chosen"]["mesh_um"].get<double>(), 0.0);

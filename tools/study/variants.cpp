@@ -139,6 +139,12 @@ std::string table_of_values(const study::VariantStudy& results, const study::Stu
     for (const study::LoadStudy& load : group.loads) all += load.errors.size();
   std::string text = core::format_table(rows);
   if (rows.size() <= all) text += fmt::format("\nthe first {} of {}; all are in errors.csv", rows.size() - 1, all);
+  for (std::size_t g = 0; g < results.groups.size(); ++g) {
+    for (const std::string& load : without_results(results, plan, g)) {
+      text += fmt::format("\n{}, {}: 0 of {}, {}", results.groups[g].name, load, results.groups[g].asked,
+                          reason_of(results, design, g, load));
+    }
+  }
   return text;
 }
 
