@@ -69,9 +69,9 @@ inline constexpr double share_that_matters = 0.02;
 /// @return indices of the drawn parameters that matter, the largest total share first
 std::vector<std::size_t> that_matter(const Sensitivity& sensitivity);
 
-/// Heads and rows of errors.csv, with the values that differ between variants where asked for: variant, group, values, load, largest
-/// error, its time, the error at the end.
-/// @param most  rows at most
+/// Heads and rows of errors.csv: variant, group, load, largest error, its time, the error at the end.
+/// @param with_values  with those values of the parameters that differ between variants
+/// @param most         rows at most
 std::vector<std::vector<std::string>> error_rows(const StudyPlan& plan, const Design& design,
                                                  const VariantStudy& results, bool with_values, std::size_t most);
 
