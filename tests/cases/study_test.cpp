@@ -386,6 +386,10 @@ values = [1.0, 1.2]
   // Each size with its own mesh.
   EXPECT_SAYS(summary["computed_by"].get<std::string>(), "size coarse: ");
   EXPECT_SAYS(summary["computed_by"].get<std::string>(), " nodes, size 0.9: ");
+  EXPECT_EQ(made.err.find("repeat each other"), std::string::npos) << made.err;
+  const Result same = run("size = [\"coarse\", \"1\"]\n");
+  ASSERT_EQ(same.status, 0) << same.err;
+  EXPECT_SAYS(same.err, "sizes 'coarse' and '1' have 1351 nodes each");
 }
 
 TEST_F(StudyVariants, TablesOfAnEarlierRunAreSetAsideAndNamed) {

@@ -125,6 +125,9 @@ TEST_F(StudyTests, TakesTheFewestHoursThatLeaveWhatIsAsked) {
   EXPECT_EQ(summary["blocks"].back()["until_h"].get<double>(), hours) << "it ends where it is reached";
   EXPECT_LE(std::sqrt(summary["chosen_um2"].get<double>()), wanted_um);
   EXPECT_EQ(summary["hours_until"]["random"].size(), 5U);
+  if (const json& iso = summary["hours_until"]["iso_230_3"]; !iso.is_null()) {
+    EXPECT_LE(hours, iso.get<double>());
+  }
   for (const json& random : summary["hours_until"]["random"])
     if (!random.is_null()) {
       EXPECT_LE(hours, random.get<double>());
@@ -137,6 +140,9 @@ TEST_F(StudyTests, TakesTheFewestHoursThatLeaveWhatIsAsked) {
   EXPECT_SAYS(never.out, "1 h of this test leave");
   EXPECT_SAYS(never.out, "more than the 0.001 um of --leave");
   EXPECT_EQ(run({"--leave", "0"}).status, 2);
+  const Result needless = run({"--hours", "1", "--leave", "1000"});
+  EXPECT_EQ(needless.status, 3) << needless.err;
+  EXPECT_SAYS(needless.err, "no test is needed");
 }
 
 TEST_F(StudyTests, TakesABetterOrderThatItHasSeen) {
@@ -164,7 +170,8 @@ TEST_F(StudyTests, ConfirmsTheTestOnMachinesMeasuredVirtually) {
   ASSERT_EQ(confirmed["chosen_um"].size(), 1U);
   EXPECT_GT(confirmed["chosen_um"][0].get<double>(), 0.0);
   EXPECT_LT(confirmed["chosen_um"][0].get<double>(), confirmed["nominal_um"][0].get<double>());
-  EXPECT_SAYS(read(study() / "report.html"), "machines measured virtually");
+  EXPECT_SAYS(read(study() / "report.html"), "On one machine measured virtually");
+  EXPECT_SAYS(read(study() / "report.html"), "The test makes the prediction better");
   // Finished machines are kept.
   const auto kept = files_in(study() / "measured");
   EXPECT_EQ(json::parse(run({"--hours", "2", "--exchanges", "0", "--json", "--confirm", "1"}).out)["confirmed"],

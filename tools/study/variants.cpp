@@ -38,18 +38,30 @@ using nlohmann::json;
 constexpr double most_variants = 100000;
 constexpr std::size_t most_shown = 24;
 
-/// Nodes of each mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
-/// empty: unknown.
+/// Nodes of a mesh size, from its last unit that was computed on the full model, whenever and by whatever task;
+/// 0: unknown.
+long nodes_of_size(const fs::path& folder, const std::string& size, const std::vector<study::VariantUnit>& units) {
+  for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
+    const fs::path file = study::unit_folder(folder, *unit) / "nodes";
+    if (unit->size == size && fs::exists(file)) return std::atol(core::read_file(file).c_str());
+  }
+  return 0;
+}
+
+/// Of each mesh size in words; empty: unknown. Warns of sizes that do not change the mesh.
 std::string nodes_of(const fs::path& folder, const study::StudyPlan& plan,
                      const std::vector<study::VariantUnit>& units) {
   std::vector<std::string> words;
+  std::map<long, std::string> seen;
   for (const std::string& size : plan.sizes) {
-    for (auto unit = units.rbegin(); unit != units.rend(); ++unit) {
-      const fs::path file = study::unit_folder(folder, *unit) / "nodes";
-      if (unit->size != size || !fs::exists(file)) continue;
-      words.push_back(fmt::format("{}{} nodes", plan.sizes.size() > 1 ? "size " + size + ": " : "",
-                                  std::atol(core::read_file(file).c_str())));
-      break;
+    const long nodes = nodes_of_size(folder, size, units);
+    if (nodes == 0) continue;
+    words.push_back(fmt::format("{}{} nodes", plan.sizes.size() > 1 ? "size " + size + ": " : "", nodes));
+    if (const auto [other, fresh] = seen.emplace(nodes, size); !fresh) {
+      core::warn(
+          fmt::format("sizes '{}' and '{}' have {} nodes each: walls and bores set the size of this mesh, and the "
+                      "two groups repeat each other",
+                      other->second, size, nodes));
     }
   }
   return core::join(words);
