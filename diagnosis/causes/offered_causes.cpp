@@ -38,7 +38,7 @@ constexpr double exponent_std = 0.03;     ///< of laws of speeds
 constexpr double least_standstill_std_W = 0.5;
 constexpr double load_std_W_m2 = 1.0;  ///< lamps and warm neighbours that nobody draws
 constexpr double gradient_std_K_m = 0.1;
-constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0, step_share = 0.2;
+constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0;
 constexpr double clock_share_of_row = 1.0 / 3.0;
 constexpr double detached_std = 0.01;
 
@@ -274,14 +274,15 @@ double input_spacing(const Measurement& measurement, bool each_change_told) {
 
 /// Stated uncertainties of clocks and lags, s. A missing value repeats the last one, so what follows it seems early by
 /// half the time between values. In rows without one at each change, all changes may come late by a part of a row, all
-/// alike: that is no clock's fault, and three deviations of a clock are a row.
+/// alike: that is no clock's fault, and three deviations of a clock are a row. Nor is it a sensor's, which lags beside
+/// others that seem early.
 struct Times {
   double clock, lag;
 };
 Times time_spread(const Measurement& measurement, double told_row_s) {
   const double spacing = input_spacing(measurement, told_row_s > 0.0 || measurement.rows_at_changes);
-  return {std::max(clock_std_s, 0.5 * spacing + clock_share_of_row * told_row_s),
-          std::max(lag_std_s, 0.5 * (spacing + step_share * told_row_s))};
+  const double open = 0.5 * spacing + clock_share_of_row * told_row_s;
+  return {std::max(clock_std_s, open), std::max(lag_std_s, open)};
 }
 
 void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s,

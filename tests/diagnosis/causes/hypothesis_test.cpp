@@ -366,6 +366,12 @@ TEST(Hypothesis, AClockIsAsSureAsTheInputsTimesAre) {
   compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300});
   EXPECT_NEAR(clock_std(slow, 0), 150, 2);
   EXPECT_NEAR(clock_std(slow, 300), 100, 0.5) << "each change has its own time, but all may be late alike by a row";
+  const auto lag = [&](double told_row_s) {
+    for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), slow, false, told_row_s))
+      if (p.kind == Kind::sensor_lag) return p.nominal_std;
+    return 0.0;
+  };
+  EXPECT_NEAR(lag(300), 100, 0.5) << "nor does a sensor lag by so much beside changes that all may be late";
   slow.rows_at_changes = true;
   EXPECT_NEAR(clock_std(slow, 0), 5, 0.5);
   slow.rows_at_changes = false;
