@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/folder_lock.h"
 #include "core/units.h"
 #include "diagnosis/data/data_diagnosis.h"
 #include "diagnosis/diagnose.h"
@@ -90,6 +91,7 @@ void diagnose(const DiagnoseOptions& options) {
   std::vector<compensation::Measurement> records = read_records(options.data);
   const auto folder = options.out / "diagnosis";
   require_kept(options, folder);
+  const core::FolderLock lock(folder);
   diagnosis::DiagnoseOptions how;
   how.displacement_error_percent = options.displacement_error_percent;
   how.temperature_error_percent = options.temperature_error_percent;

@@ -199,6 +199,9 @@ ReducedModel of_smallest_order(ReducedModel& model, const std::vector<Eigen::Ind
       notes.observer.push_back(observer_noise(chosen, states.topRows(order), standing));
     if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
   }
+  const bool missed = orders.size() > 1 && !options.order_by_observer && !notes.order_error_um.empty() &&
+                      notes.order_error_um.back().second > options.tolerance_um;
+  if (missed) notes.missed_um = options.tolerance_um;
   return chosen;
 }
 
@@ -305,6 +308,15 @@ std::string ReduceSummary::brief() const {
     text += error_um < diverged_um ? fmt::format("\n  order {:>3}: {:.4f} um on the training loads", tried, error_um)
                                    : fmt::format("\n  order {:>3}: diverges on the training loads", tried);
     if (observed) text += fmt::format("; observer noise {:.2f} um", observer[i].predicted_um);
+  }
+  if (missed_um > 0.0) {
+    const auto least = std::min_element(order_error_um.begin(), order_error_um.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+    text += fmt::format(
+        "\nno order reaches tolerance_um = {:g} on the training loads; the least error is {:.2f} um, at order {}. "
+        "--order "
+        "takes a larger order, a finer mesh may lower the error too",
+        missed_um, least->second, least->first);
   }
   if (!sensors) return text + "\nno sensors: the observer noise is unknown";
   if (!observed || observer.empty()) return text;

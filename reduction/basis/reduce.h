@@ -48,6 +48,7 @@ struct ReduceSummary {
   std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< (order, largest training error) of orders tried
   std::vector<ObserverNoise> observer;  ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
   bool sensors = true;                  ///< whether the machine has sensors
+  double missed_um = 0;                 ///< the tolerance, where none of several orders reaches it; else 0
   double prior_share = 0;               ///< see prior_share() in observer_noise.h
   Eigen::MatrixXd basis;                ///< (size x order) of the model
   double seconds() const { return rows_seconds + basis_seconds + projection_seconds + orders_seconds + parts_seconds; }

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <thread>
 
+#include "core/folder_lock.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
@@ -47,6 +48,23 @@ TEST(Lock, TwoReductionsDoNotMix) {
   EXPECT_EQ(second.status, 3) << second.err;
   EXPECT_SAYS(second.err, "writes here");
   EXPECT_EQ(first.wait().status, 0);
+}
+
+TEST(Lock, TwoDiagnosesDoNotMix) {
+  const Toy toy;
+  toy.take_results();
+  const std::vector<std::string> diagnose{"diagnose", toy.path(),
+                                          "--model",  toy.result("model.rom.h5").string(),
+                                          "--data",   (toy_run() / "measurement").string(),
+                                          "--out",    toy.out()};
+  {
+    const core::FolderLock held(toy.result("diagnosis"));
+    const Result second = thermotwin(diagnose);
+    EXPECT_EQ(second.status, 3) << second.err;
+    EXPECT_SAYS(second.err, "writes here");
+  }
+  EXPECT_EQ(thermotwin(diagnose).status, 0);
+  EXPECT_FALSE(fs::exists(toy.result("diagnosis/lock")));
 }
 
 }  // namespace
