@@ -146,6 +146,20 @@ TEST(Reduce, MeetsItsToleranceOnTheTrainingLoad) {
   }
 }
 
+TEST(Reduce, SaysWhereNoOrderReachesItsTolerance) {
+  EXPECT_EQ(reduction().summary.missed_um, 0.0);
+  const Campaign& c = campaign();
+  ReduceOptions options;
+  options.max_order = 40;
+  options.tolerance_um = 1e-7;
+  ReduceSummary summary;
+  reduce(c.full, {c.loads[0]}, {c.results[0]}, options, &summary);
+  EXPECT_EQ(summary.missed_um, 1e-7);
+  EXPECT_NE(summary.brief().find("no order reaches tolerance_um = 1e-07 on the training loads; the least error is"),
+            std::string::npos)
+      << summary.brief();
+}
+
 TEST(Reduce, PredictsALoadThatItNeverSaw) {
   const Reduction& r = reduction();
   const Campaign& c = campaign();
