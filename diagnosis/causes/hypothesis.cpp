@@ -262,7 +262,8 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {
-  return parameter.ratio ? in_file * value : in_file + value;
+  // 11e-6 times 1.2 is 1.32e-5, as a file has it, and not the number beside it.
+  return std::stod(fmt::format("{:.15g}", parameter.ratio ? in_file * value : in_file + value));
 }
 
 /// Nine digits are what a file should carry: 12.184, not 12.184000000000001.
