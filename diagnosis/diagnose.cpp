@@ -353,6 +353,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     d.warnings.push_back(std::move(warning));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
+  if (std::string there = nearest_action(d); !there.empty()) d.actions.push_back(std::move(there));
   d.sentence = sentence_of(d);
   if (d.connection.empty() && !connections.empty())
     d.sentence += " Before anything else, check signs and units: the warnings name the channels.";

@@ -310,6 +310,16 @@ std::string steps_action(const StepsSeen& seen) {
 
 }  // namespace
 
+std::string nearest_action(const Diagnosis& diagnosis) {
+  const bool elsewhere = !diagnosis.connection.empty() || !diagnosis.steps.steps.empty();
+  if (diagnosis.verdict != Verdict::unexplained || diagnosis.nearest.empty() || elsewhere) return "";
+  return fmt::format(
+      "Then look at {}: it comes nearest of the listed causes. The fault may lie there and act in another way or at "
+      "other "
+      "times than the model assumes.",
+      diagnosis.nearest);
+}
+
 std::string in_words(const StepsSeen& seen) {
   const std::string unit = residual_unit(seen.unit);
   const std::string which = seen.quantity.empty()

@@ -22,4 +22,7 @@ std::string in_words(const StepsSeen& seen);
 /// probable cause of the ambiguous set. Empty: nothing to do.
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
 
+/// Where to look besides, if nothing explains a record and one of the listed causes comes nearest. Empty: nowhere.
+std::string nearest_action(const Diagnosis& diagnosis);
+
 }  // namespace thermotwin::diagnosis

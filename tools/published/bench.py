@@ -61,7 +61,7 @@ class Bench:
         self.machine = tomllib.loads((case / "machine.toml").read_text())
         self.seeds = range(options.seed, options.seed + options.machines)
         self.some = self.seeds[:options.ablation]   # machines of the ablations
-        self.measured, self.campaigns = {}, {}
+        self.measured, self.campaigns, self.said = {}, {}, set()
 
     def reduced(self, name, case, *more):
         folder = self.out / name
@@ -169,8 +169,10 @@ class Bench:
                                      *(["--check", ",".join(check)] if check else []), "--out", folder, "--quiet",
                                      "--json"))
         for note in fitted["notes"]:
-            if "left out" in note:
-                print(f"{test.document} {test.name}: {note}", file=sys.stderr)
+            words = f"{test.document} {test.name}: {note}"
+            if "left out" in note and words not in self.said:   # once for all machines
+                self.said.add(words)
+                print(words, file=sys.stderr)
         rows = [row for row in fitted["rows"] if row["part"] in (test.judge, folder.name)]
         whole = Record(sources[test.judge])
         if test.hours:

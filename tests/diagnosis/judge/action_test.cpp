@@ -78,6 +78,16 @@ TEST(Action, AnotherLawIsRecordedOrLookedFor) {
   EXPECT_TRUE(actions[1].starts_with("Check foot for loss of preload and hysteresis")) << actions[1];
 }
 
+TEST(Action, WhatComesNearestIsAPlaceToLookAt) {
+  diagnosis::Diagnosis d;
+  d.nearest = "source_step of motor";
+  EXPECT_EQ(diagnosis::nearest_action(d), "") << "of no discrepancy";
+  d.verdict = diagnosis::Verdict::unexplained;
+  EXPECT_TRUE(diagnosis::nearest_action(d).starts_with("Then look at source_step of motor: it comes nearest"));
+  d.connection = "T1 and T2 seem exchanged";
+  EXPECT_EQ(diagnosis::nearest_action(d), "") << "that comes first";
+}
+
 /// The reading that something unknown is in alone, not the one that is furthest off; what happened, where it steps.
 TEST(Action, SomethingUnknownIsLookedForWhereItIs) {
   diagnosis::Diagnosis d;
