@@ -81,6 +81,7 @@ TEST(Action, AnotherLawIsRecordedOrLookedFor) {
 TEST(Action, WhatComesNearestIsAPlaceToLookAt) {
   diagnosis::Diagnosis d;
   d.nearest = "source_step of motor";
+  d.verdict = diagnosis::Verdict::no_discrepancy;
   EXPECT_EQ(diagnosis::nearest_action(d), "") << "of no discrepancy";
   d.verdict = diagnosis::Verdict::unexplained;
   EXPECT_TRUE(diagnosis::nearest_action(d).starts_with("Then look at source_step of motor: it comes nearest"));
