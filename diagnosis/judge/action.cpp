@@ -315,8 +315,7 @@ std::string nearest_action(const Diagnosis& diagnosis) {
   if (diagnosis.verdict != Verdict::unexplained || diagnosis.nearest.empty() || elsewhere) return "";
   return fmt::format(
       "Then look at {}: it comes nearest of the listed causes. The fault may lie there and act in another way or at "
-      "other "
-      "times than the model assumes.",
+      "other times than the model assumes.",
       diagnosis.nearest);
 }
 

@@ -314,8 +314,7 @@ std::string ReduceSummary::brief() const {
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
     text += fmt::format(
         "\nno order reaches tolerance_um = {:g} on the training loads; the least error is {:.2f} um, at order {}. "
-        "--order "
-        "takes a larger order, a finer mesh may lower the error too",
+        "--order takes a larger order, a finer mesh may lower the error too",
         missed_um, least->second, least->first);
   }
   if (!sensors) return text + "\nno sensors: the observer noise is unknown";

@@ -52,11 +52,11 @@ std::optional<Distribution> stated(const core::Node& node, const KindRow& row) {
   if (given.front() == "values") {
     const std::vector<double> values = node.numbers("values");
     if (values.empty()) throw core::InputError(node.place("values"), "no value", "one value or more");
-    for (const double value : values) require_in_range(row, value, node.place("values"));
-    for (std::size_t i = 1; i < values.size(); ++i) {
-      if (std::find(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values[i]) !=
-          values.begin() + static_cast<std::ptrdiff_t>(i))
-        throw core::InputError(node.place("values"), fmt::format("{} twice", values[i]), "each value once");
+    std::set<double> seen;
+    for (const double value : values) {
+      require_in_range(row, value, node.place("values"));
+      if (!seen.insert(value).second)
+        throw core::InputError(node.place("values"), fmt::format("{} twice", value), "each value once");
     }
     return Distribution::fixed(values);
   }

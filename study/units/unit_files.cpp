@@ -101,11 +101,12 @@ Standing standing_of(const fs::path& study, const std::vector<Unit>& units) {
       standing.done.push_back(u);
     else if (auto reason = failure_of(study, units[u]))
       standing.failed.emplace_back(u, std::move(*reason));
-    else
+    else {
       standing.missing.push_back(u);
-    if (!standing.missing.empty() && standing.missing.back() == u && has_result(study, units[u])) {
-      core::warn(unit_folder(study, units[u]).string() +
-                 ": results that were changed by hand or are damaged; the unit counts as missing");
+      if (has_result(study, units[u])) {
+        core::warn(unit_folder(study, units[u]).string() +
+                   ": results that were changed by hand or are damaged; the unit counts as missing");
+      }
     }
     progress.advance();
   }

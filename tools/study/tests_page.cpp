@@ -224,8 +224,7 @@ std::string verdict_of(double nominal, double chosen, double random, double pred
   if (chosen > predicted_within * predicted) {
     words += fmt::format(
         " It leaves {:.1f} times as much as predicted: the prediction counts the values alone, not the errors of mesh "
-        "and "
-        "model, which these machines have too.",
+        "and model, which these machines have too.",
         chosen / predicted);
   }
   return words;
@@ -242,8 +241,7 @@ std::string confirmed_sentence(const TestStudy& study) {
   return fmt::format(
       "On {} measured virtually the prediction has an error of {:.2f} um with the values of machine.toml, of {:.2f} um "
       "with those from the chosen test, of {:.2f} um with those from a random order (medians of the RMS). Predicted "
-      "were "
-      "{:.2f}, {:.2f} and {:.2f} um. {}",
+      "were {:.2f}, {:.2f} and {:.2f} um. {}",
       study.confirmed.size() == 1 ? "one machine" : fmt::format("{} machines", study.confirmed.size()), nominal, chosen,
       random, std::sqrt(study.prior_um2), predicted, std::sqrt(study.random.front().end_um2()),
       verdict_of(nominal, chosen, random, predicted));
