@@ -14,6 +14,7 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/inference/hypothesis_fit.h"
 #include "diagnosis/inference/model_search.h"
+#include "diagnosis/judge/action.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -181,6 +182,8 @@ TEST(Diagnose, WhatNoParameterDescribesIsNotCalledExplainedWell) {
   const Diagnosis d = run(m);
   EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_TRUE(d.extended_machine_text.empty());
+  ASSERT_FALSE(d.nearest.empty());
+  EXPECT_EQ(d.actions.back(), diagnosis::nearest_action(d));
 }
 
 TEST(Diagnose, ALooseSensorInSteadyAirIsNotSomethingUnknown) {
