@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <mutex>
 #include <sys/ioctl.h>
@@ -16,6 +15,7 @@
 #include "core/error.h"
 #include "core/muted_warnings.h"
 #include "core/process.h"
+#include "core/signals.h"
 
 namespace thermotwin::core {
 namespace {
@@ -187,14 +187,11 @@ void Progress::advance(std::size_t steps) {
 }
 
 void install_interrupt_handler() {
-  watch_for_end();
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  // Without this, files that a library reads or writes would fail half-way.
-  action.sa_flags = SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  static std::once_flag once;
+  std::call_once(once, [] {
+    watch_for_end();
+    take_ending_signals(on_interrupt);
+  });
 }
 
 void check_interrupt() {

@@ -35,8 +35,8 @@ private:
   State* state_;
 };
 
-/// Installs the SIGINT and SIGTERM handlers that check_interrupt() reads. A second signal ends the process at once with
-/// status 130.
+/// Makes SIGINT and SIGTERM known to check_interrupt(). A second signal ends the process at once with status 130.
+/// @throws std::system_error if no thread can be started
 void install_interrupt_handler();
 
 /// @throws Interrupted if the user asked to stop

@@ -23,6 +23,7 @@
 #include "core/character.h"
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/signals.h"
 #include "core/units.h"
 #include "nc/dialect/tcp_marker.h"
 #include "nc/dialect/translated_program.h"
@@ -98,7 +99,11 @@ public:
                 bytecode = "PYTHONDONTWRITEBYTECODE=1";
     char* arguments[] = {path.data(), nullptr};
     char* environment[] = {python.data(), safe.data(), locale.data(), bytecode.data(), nullptr};
-    const int failed = posix_spawn(&pid_, path.c_str(), &actions, nullptr, arguments, environment);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    core::open_ending_signals(attributes);
+    const int failed = posix_spawn(&pid_, path.c_str(), &actions, &attributes, arguments, environment);
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
     close(in);
     close(ends[1]);

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 #include <unistd.h>
 
 #include "core/error.h"
@@ -54,15 +56,14 @@ TEST(ProgressDeathTest, FirstSignalIsSeenByTheLoop) {
       {
         install_interrupt_handler();
         check_interrupt();
-        std::raise(SIGINT);
+        ::kill(::getpid(), SIGINT);
         try {
           Progress progress("loop", 3);
-          progress.advance();
+          for (;;) progress.advance();
         } catch (const Interrupted& interrupted) {
           std::fputs("stopped in the loop", stderr);
           std::_Exit(interrupted.exit_status());
         }
-        std::_Exit(1);
       },
       testing::ExitedWithCode(130), "stopped in the loop");
 }
@@ -72,8 +73,9 @@ TEST(ProgressDeathTest, SecondSignalEndsAtOnce) {
   EXPECT_EXIT(
       {
         install_interrupt_handler();
-        std::raise(SIGTERM);
-        std::raise(SIGINT);
+        ::kill(::getpid(), SIGTERM);
+        ::kill(::getpid(), SIGINT);
+        std::this_thread::sleep_for(std::chrono::seconds(1));  // less than a first signal alone is given
         std::_Exit(1);
       },
       testing::ExitedWithCode(130), "");
