@@ -12,6 +12,7 @@
 #include "compensation/measurement/measurement_check.h"
 #include "compensation/measurement/stretch.h"
 #include "core/interpolation.h"
+#include "diagnosis/record/pauses.h"
 
 namespace thermotwin::diagnosis {
 
@@ -94,12 +95,6 @@ constexpr std::size_t most_uncertain_changes = 24;
 constexpr double parts_after_switch[] = {0.2, 0.5};  ///< of a step, where the one after a switch is split
 constexpr double shortest_split_step_s = 60;
 
-/// A speed, power or state, and its largest value in the record.
-struct Watched {
-  Index channel;
-  double largest;
-};
-
 /// Largest change of one of them from row to row, as a share of its largest value.
 double change_between(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const std::vector<Watched>& watched) {
   double change = 0.0;
@@ -146,8 +141,9 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
                 const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_spans(time, rows, longest, average);
   const auto may_change = [&](double at) {
-    return std::any_of(out.may_hold.begin(), out.may_hold.end(),
-                       [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; });
+    return std::any_of(out.may_hold.begin(), out.may_hold.end(), [at](const auto& may) {
+      return !may.is_in_pause() && std::abs((may.earlier ? may.to : may.from) - at) < 1e-6;
+    });
   };
   const auto switches_at = [&](std::size_t i) {
     return i == 0 || change_between(all[i - 1].row, all[i].row, switched) >= changed_share;
@@ -190,8 +186,8 @@ void set_hours(const Eigen::VectorXd& time, const Eigen::VectorXd& hours, Index 
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap,
 /// half way for the model; else as the row says, or up to an interval before; or when it is known to have come. Through
-/// a pause longer than an
-/// interval and a few rows the row before it holds as it says, or for a part of it: more rows may be lost than a few.
+/// a pause longer than an interval and a few rows the row before it holds as it says, or for a part of it, or anything
+/// else ran: more rows may be lost than a few.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows,
                             const std::vector<Watched>& watched, const std::vector<bool>& average,
                             const std::map<double, double>& changes, bool rows_at_changes, Observations& out) {
@@ -199,11 +195,13 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   const double usual = compensation::usual_interval(time);
   Eigen::VectorXd result = time;
   std::vector<std::pair<double, std::vector<Observations::MayHold>>> found;
+  std::vector<Index> pauses;
   for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
     if (of_a_row && rows_at_changes) continue;
     const bool of_a_pause = gap > std::max(out.interval, pause_intervals * usual);
+    if (of_a_pause && !rows_at_changes) pauses.push_back(i);
     if (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
@@ -231,6 +229,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   if (usual > long_row_s && !rows_at_changes && found.size() <= most_uncertain_changes) out.told_row_s = usual;
   if (found.size() > most_uncertain_changes) found.resize(most_uncertain_changes);
   for (auto& [size, whiles] : found) std::move(whiles.begin(), whiles.end(), std::back_inserter(out.may_hold));
+  add_pauses(time, rows, watched, std::move(pauses), out);
   return result;
 }
 

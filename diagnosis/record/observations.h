@@ -77,7 +77,8 @@ struct Observations {
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
   /// An uncertain time of a change: inputs that may have held over a time span instead of those of the model's steps. A
-  /// log states when a change of speed, power or state was recorded, not when it occurred. The largest changes first.
+  /// log states when a change of speed, power or state was recorded, not when it occurred. The largest changes first,
+  /// then what may have run in a pause.
   struct MayHold {
     double from, to;      ///< s, the time span
     Eigen::VectorXd row;  ///< (channels)
@@ -86,6 +87,9 @@ struct Observations {
     double std;
     double shown;  ///< s, time of the row that shows the change
     bool earlier;  ///< true: the span ends at the assumed time of the change; false: it begins there
+    /// Of what may have run in a pause: the only channel of the row that differs from the model's steps; -1: all do.
+    Eigen::Index channel = -1;
+    bool is_in_pause() const { return channel >= 0; }
   };
   std::vector<MayHold> may_hold;
   /// All uncertain times of changes: s, of the row before the change and of the row that shows it.
@@ -93,6 +97,7 @@ struct Observations {
     double from, shown;
   };
   std::vector<OpenChange> open_changes;
+  std::vector<OpenChange> pauses;  ///< in which anything may have run: s, of the rows on both sides; the longest first
   /// Sample interval, s, if it is above long_row_s and may_hold contains every change; else 0.
   double told_row_s = 0;
   std::vector<std::string> left_out;       ///< channels with too few values for a fit

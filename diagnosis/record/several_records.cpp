@@ -68,6 +68,8 @@ void append(const Observations& record, int number, Observations& all) {
   }
   for (const Observations::OpenChange& change : record.open_changes)
     all.open_changes.push_back({change.from + record.offset.time, change.shown + record.offset.time});
+  for (const Observations::OpenChange& pause : record.pauses)
+    all.pauses.push_back({pause.from + record.offset.time, pause.shown + record.offset.time});
   all.left_out.insert(all.left_out.end(), record.left_out.begin(), record.left_out.end());
   all.intervals += record.intervals;
   all.end = record.end + record.offset.time;

@@ -321,12 +321,23 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
                     obs.start_spread_K, machine.sensors.size()));
   }
   double longest = 0.0;
-  for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.shown - may.from);
+  for (const Observations::MayHold& may : obs.may_hold)
+    if (!may.is_in_pause()) longest = std::max(longest, may.shown - may.from);
   if (longest > long_row_s) {
     warnings.push_back(fmt::format(
         "Switching times are uncertain, because rows are up to {:.0f} s apart where a speed, power or state changes. "
         "They were estimated from fast-responding sensors. Record a row at each change, or one every minute.",
         longest));
+  }
+  if (!obs.pauses.empty()) {
+    double pause = 0.0;
+    for (const Observations::OpenChange& each : obs.pauses) pause = std::max(pause, each.shown - each.from);
+    warnings.push_back(fmt::format(
+        "The log has {}. What ran meanwhile is taken as unknown, so the rows after it say less about causes. Log "
+        "without pauses, or state [record] rows_at_changes = true where nothing changed.",
+        obs.pauses.size() == 1
+            ? fmt::format("a pause of {:.2g} h", pause / core::units::hour)
+            : fmt::format("{} pauses of up to {:.2g} h", obs.pauses.size(), pause / core::units::hour)));
   }
   return warnings;
 }
