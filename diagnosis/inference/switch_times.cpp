@@ -34,7 +34,7 @@ std::map<double, double> moved_changes(const Problem& problem, const LinearEvide
   std::map<double, Told> changes;
   for (std::size_t k = 0; k < whiles.size(); ++k) {
     const Observations::MayHold& held = whiles[k];
-    if (held.is_in_pause()) continue;
+    if (held.in_pause) continue;
     const double length = held.to - held.from, sign = held.earlier ? -1.0 : 1.0;
     Told& told = changes[held.shown];
     told.came = held.earlier ? held.to : held.from;

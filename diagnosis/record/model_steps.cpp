@@ -142,7 +142,7 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
   const std::vector<Span> all = equal_spans(time, rows, longest, average);
   const auto may_change = [&](double at) {
     return std::any_of(out.may_hold.begin(), out.may_hold.end(), [at](const auto& may) {
-      return !may.is_in_pause() && std::abs((may.earlier ? may.to : may.from) - at) < 1e-6;
+      return !may.in_pause && std::abs((may.earlier ? may.to : may.from) - at) < 1e-6;
     });
   };
   const auto switches_at = [&](std::size_t i) {
@@ -195,22 +195,21 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   const double usual = compensation::usual_interval(time);
   Eigen::VectorXd result = time;
   std::vector<std::pair<double, std::vector<Observations::MayHold>>> found;
-  std::vector<Index> pauses;
+  std::vector<Index> switchable;  // what wanders is not switched; where an axis swings changes with its feed
+  for (Index c = 0; c < rows.cols(); ++c) {
+    if (!average[c] || std::any_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; }))
+      switchable.push_back(c);
+  }
   for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
     if (of_a_row && rows_at_changes) continue;
     const bool of_a_pause = gap > std::max(out.interval, pause_intervals * usual);
-    if (of_a_pause && !rows_at_changes) pauses.push_back(i);
+    if (of_a_pause) out.pauses.push_back({time[i], shown});
     if (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
-    // What wanders is what it was; where an axis swings changes with its feed.
-    Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
-    for (Index c = 0; c < after.size(); ++c) {
-      if (average[c] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; }))
-        std::swap(after[c], before[c]);
-    }
+    const Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
     const double first = of_a_row ? time[i] : shown - (gap - usual), nearest = first + least_part * (shown - first);
     const auto known = changes.find(shown);
     const double came = known != changes.end()   ? std::clamp(known->second, nearest, shown)
@@ -220,8 +219,8 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     // Anywhere alike: the mean square of how far it is off, shared by two tangents of opposite sign.
     const double a = came - first, b = shown - came,
                  std = std::sqrt((a * a * a + b * b * b) / (3.0 * (a + b) * (a * a + b * b)));
-    std::vector<Observations::MayHold> whiles = {{first, came, after, std, shown, true}};
-    if (came < shown) whiles.push_back({came, shown, before, std, shown, false});
+    std::vector<Observations::MayHold> whiles = {{first, came, after, switchable, std, shown, true}};
+    if (came < shown) whiles.push_back({came, shown, before, switchable, std, shown, false});
     found.emplace_back(change * gap, std::move(whiles));
     out.open_changes.push_back({first, shown});
   }
@@ -229,7 +228,6 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   if (usual > long_row_s && !rows_at_changes && found.size() <= most_uncertain_changes) out.told_row_s = usual;
   if (found.size() > most_uncertain_changes) found.resize(most_uncertain_changes);
   for (auto& [size, whiles] : found) std::move(whiles.begin(), whiles.end(), std::back_inserter(out.may_hold));
-  add_pauses(time, rows, watched, std::move(pauses), out);
   return result;
 }
 
@@ -244,6 +242,8 @@ void set_model_steps(const compensation::Measurement& measurement, const solver:
   make_steps(input_times(time, rows, watched, average, options.changes, measurement.rows_at_changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
+  if (!measurement.rows_at_changes) add_unknown_operation(time, rows, inputs, watched, out);
+  let_wander(time, rows, inputs, out);
   if (const int hour = channels.index(mesh::time_of_day); hour >= 0) set_hours(time, rows.col(hour), hour, out);
 }
 

@@ -80,16 +80,20 @@ struct Observations {
   /// log states when a change of speed, power or state was recorded, not when it occurred. The largest changes first,
   /// then what may have run in a pause.
   struct MayHold {
-    double from, to;      ///< s, the time span
-    Eigen::VectorXd row;  ///< (channels)
+    double from, to;                     ///< s, the time span
+    Eigen::VectorXd row;                 ///< (channels of the machine)
+    std::vector<Eigen::Index> channels;  ///< of the row that held; the others are as in the model's steps
     /// Prior standard deviation of the share of the span over which the row held. The change is equally likely at any
     /// time between the recorded row before it and the row that shows it.
     double std;
-    double shown;  ///< s, time of the row that shows the change
-    bool earlier;  ///< true: the span ends at the assumed time of the change; false: it begins there
-    /// Of what may have run in a pause: the only channel of the row that differs from the model's steps; -1: all do.
-    Eigen::Index channel = -1;
-    bool is_in_pause() const { return channel >= 0; }
+    double shown;           ///< s, time of the row that shows the change
+    bool earlier;           ///< true: the span ends at the assumed time of the change; false: it begins there
+    bool in_pause = false;  ///< of what may have run in a pause: no change was seen
+    /// @param step  (channels) inputs of a step  @return those that may have held in it
+    Eigen::VectorXd in_step(Eigen::VectorXd step) const {
+      step(channels) = row(channels);
+      return step;
+    }
   };
   std::vector<MayHold> may_hold;
   /// All uncertain times of changes: s, of the row before the change and of the row that shows it.
@@ -97,7 +101,7 @@ struct Observations {
     double from, shown;
   };
   std::vector<OpenChange> open_changes;
-  std::vector<OpenChange> pauses;  ///< in which anything may have run: s, of the rows on both sides; the longest first
+  std::vector<OpenChange> pauses;  ///< of the log: s, of the rows on both sides
   /// Sample interval, s, if it is above long_row_s and may_hold contains every change; else 0.
   double told_row_s = 0;
   std::vector<std::string> left_out;       ///< channels with too few values for a fit

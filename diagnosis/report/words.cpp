@@ -321,15 +321,18 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
                     obs.start_spread_K, machine.sensors.size()));
   }
   double longest = 0.0;
-  for (const Observations::MayHold& may : obs.may_hold)
-    if (!may.is_in_pause()) longest = std::max(longest, may.shown - may.from);
+  for (const Observations::MayHold& may : obs.may_hold) {
+    const bool in_pause =
+        std::any_of(obs.pauses.begin(), obs.pauses.end(), [&](const auto& pause) { return pause.shown == may.shown; });
+    if (!in_pause) longest = std::max(longest, may.shown - may.from);
+  }
   if (longest > long_row_s) {
     warnings.push_back(fmt::format(
         "Switching times are uncertain, because rows are up to {:.0f} s apart where a speed, power or state changes. "
         "They were estimated from fast-responding sensors. Record a row at each change, or one every minute.",
         longest));
   }
-  if (!obs.pauses.empty()) {
+  if (std::any_of(obs.may_hold.begin(), obs.may_hold.end(), [](const auto& may) { return may.in_pause; })) {
     double pause = 0.0;
     for (const Observations::OpenChange& each : obs.pauses) pause = std::max(pause, each.shown - each.from);
     warnings.push_back(fmt::format(

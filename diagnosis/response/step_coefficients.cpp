@@ -104,13 +104,7 @@ void StepCoefficients::update(const Observations& obs, Index step, const VectorX
   else {
     for (const Observations::Part& part_held : mixed->second) add(part_held.row, (1.0 - held_share) * part_held.share);
   }
-  if (!held) return;
-  VectorXd row = held->row;
-  if (held->is_in_pause()) {
-    row = obs.rows.row(step).transpose();
-    row[held->channel] = held->row[held->channel];
-  }
-  add(row, held_share);
+  if (held) add(held->in_step(obs.rows.row(step).transpose()), held_share);
 }
 
 void StepCoefficients::add_heat(VectorXd& heat, double factor) const {

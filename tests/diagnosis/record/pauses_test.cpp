@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/record/pauses.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/response/problem.h"
+#include "diagnosis/response/response.h"
+#include "tests/diagnosis/diagnosed_rods.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Diagnosis, diagnosis::Kind, diagnosis::Observations;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double hour = 3600.0;
+
+/// Without the rows between two times, which stay.
+compensation::Measurement paused(compensation::Measurement m, double from_h, double to_h) {
+  std::vector<Index> kept;
+  for (Index i = 0; i < m.data.rows(); ++i)
+    if (const double at = m.data.values(i, 0); at <= from_h * hour + 1 || at >= to_h * hour - 1) kept.push_back(i);
+  m.data.values = MatrixXd(m.data.values(kept, Eigen::all));
+  return m;
+}
+
+Observations observed(const compensation::Measurement& m, const std::map<double, double>& changes = {}) {
+  const mesh::Machine machine = lumped::machine();
+  return diagnosis::observe(m, machine, solver::Channels(machine), {.changes = changes});
+}
+
+std::vector<Observations::MayHold> in_pause(const Observations& of) {
+  std::vector<Observations::MayHold> found;
+  for (const Observations::MayHold& may : of.may_hold)
+    if (may.in_pause) found.push_back(may);
+  return found;
+}
+
+Index column_of(const compensation::Measurement& m, const std::string& input) {
+  return std::find_if(m.channels.begin(), m.channels.end(), [&](const auto& c) { return c.input == input; })->column;
+}
+
+TEST(Pauses, AnythingMayHaveRunInAnyPartOfThem) {
+  // From 9 to 12 h the spindle stands and an axis moves.
+  const compensation::Measurement whole = lumped::measure({}, {.noise_K = 0, .noise_um = 0});
+  const Observations obs = observed(paused(whole, 9.5, 11.5));
+  ASSERT_EQ(obs.pauses.size(), 1U);
+  EXPECT_NEAR(obs.pauses[0].from, 9.5 * hour, 1e-9);
+  EXPECT_NEAR(obs.pauses[0].shown, 11.5 * hour, 1e-9);
+  const mesh::Machine machine = lumped::machine();
+  const solver::Channels channels(machine);
+  const int rpm = channels.index("spindle.speed_rpm"), feed = channels.index("axis.Z.feed_mm_min");
+  for (const auto& [channel, other] : {std::pair{rpm, 11000.0}, std::pair{feed, 0.0}}) {
+    double covered = 0.0, ends = 11.5 * hour, longest = 0.0;
+    for (const Observations::MayHold& may : in_pause(obs)) {
+      if (may.channels.front() != channel) continue;
+      EXPECT_EQ(may.row[channel], other);
+      EXPECT_NEAR(may.to, ends, 1e-9) << "one after another, from the end";
+      EXPECT_GE(may.to - may.from, longest) << "the last ones are short";
+      EXPECT_NEAR(may.std, std::sqrt(1.0 / 3.0), 1e-9);
+      longest = may.to - may.from;
+      covered += longest;
+      ends = may.from;
+    }
+    EXPECT_NEAR(covered, 2 * hour, 1e-6);
+  }
+  EXPECT_TRUE(in_pause(observed(whole)).empty());
+  compensation::Measurement told = paused(whole, 9.5, 11.5);
+  told.rows_at_changes = true;
+  EXPECT_TRUE(in_pause(observed(told)).empty()) << "then nothing changed without a row";
+}
+
+TEST(Pauses, TemperaturesWanderOnThroughThem) {
+  const compensation::Measurement m = paused(lumped::measure({}, {.noise_K = 0, .noise_um = 0}), 9.5, 15.5);
+  const Observations obs = observed(m);
+  const int air = solver::Channels(lumped::machine()).index("air.T_C");
+  const auto at = [&](double when) {
+    Index s = 0;
+    while (obs.points[s + 1] <= when * hour) ++s;
+    return obs.rows(s, air);
+  };
+  const double before = at(9.51), after = at(15.49);
+  EXPECT_GT(std::abs(before - after), 0.5);
+  EXPECT_NEAR(at(12.5), 0.5 * (before + after), 0.05);
+  EXPECT_NEAR(at(11.0), 0.75 * before + 0.25 * after, 0.05);
+}
+
+TEST(Pauses, OfManyTheLongestAreTaken) {
+  compensation::Measurement m = lumped::measure({}, {.noise_K = 0, .noise_um = 0});
+  for (int k = 0; k < 16; ++k) m = paused(m, 1.0 + 2 * k, 1.5 + 2 * k + 0.02 * k);
+  const Observations obs = observed(m);
+  EXPECT_EQ(obs.pauses.size(), 16U);
+  const std::vector<Observations::MayHold> taken = in_pause(obs);
+  EXPECT_LE(taken.size(), 64U);
+  std::set<double> shown;
+  for (const auto& may : taken) shown.insert(may.shown);
+  ASSERT_FALSE(shown.empty());
+  EXPECT_LT(shown.size(), 16U);
+  EXPECT_TRUE(shown.contains(obs.pauses.back().shown));
+  EXPECT_FALSE(shown.contains(obs.pauses.front().shown));
+}
+
+TEST(Pauses, WhatMayHaveRunDoesWhatItDoesWhereItIsLogged) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 9);
+  const compensation::Measurement m = paused(lumped::measure({}, {.noise_K = 0, .noise_um = 0}), 9.5, 11.5);
+  const Observations obs = observed(m);
+  const diagnosis::Response response(model, obs);
+  const diagnosis::Problem problem = diagnosis::make_problem(machine, m, obs, response, {});
+  const auto held = std::ssize(obs.may_hold);
+  const Index speed = column_of(m, "spindle.speed_rpm"), air = column_of(m, "air.T_C");
+  int compared = 0;
+  for (Index k = 0; k < held; ++k) {
+    const Observations::MayHold& may = obs.may_hold[k];
+    if (!may.in_pause || may.row[may.channels.front()] != 11000.0) continue;
+    // Two rows without readings say that it ran.
+    compensation::Measurement logged = m;
+    MatrixXd& values = logged.data.values;
+    Index before = 0;
+    while (values(before, 0) < 9.5 * hour - 1) ++before;
+    const double air_before = values(before, air), air_after = values(before + 1, air);
+    for (const double at : {may.from, may.to}) {
+      if (std::abs(at - values(before + 1, 0)) < 1) continue;  // the row after the pause ends it
+      VectorXd row = values.row(before).transpose();
+      for (const auto& channel : m.channels)
+        if (channel.input.empty()) row[channel.column] = std::numeric_limits<double>::quiet_NaN();
+      row[0] = at;
+      row[air] = std::lerp(air_before, air_after, (at / hour - 9.5) / 2.0);
+      row[speed] = at == may.from ? 11000.0 : 0.0;
+      if (std::abs(at - values(before, 0)) < 1) {
+        values(before, speed) = 11000.0;
+        continue;
+      }
+      Index next = before + 1;
+      while (values(next, 0) < at) ++next;
+      const MatrixXd below = values.bottomRows(values.rows() - next);
+      values.conservativeResize(values.rows() + 1, Eigen::NoChange);
+      values.row(next) = row.transpose();
+      values.bottomRows(below.rows()) = below;
+    }
+    const VectorXd truth = diagnosis::Response(model, observed(logged, {{11.5 * hour, 11.5 * hour}})).predict(machine) -
+                           problem.predicted,
+                   column = problem.columns.rightCols(held).col(k);
+    ASSERT_EQ(truth.size(), column.size());
+    EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.1) << k;
+    EXPECT_LT((column - truth).norm(), 0.1 * truth.norm()) << may.from << " to " << may.to;
+    ++compared;
+  }
+  EXPECT_GE(compared, 3);
+}
+
+// From 12 to 18 h the spindle runs at two speeds, of which the log has no row.
+TEST(Pauses, WhatRanInThemRaisesNoAlarm) {
+  for (std::uint64_t seed = 31; seed <= 33; ++seed) {
+    const Diagnosis d =
+        lumped::run(paused(lumped::measure({}, {.sample_s = 300, .seed = seed, .spread = 0.5}), 11.75, 18.25));
+    EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << seed << lumped::listed(d);
+    EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& text) {
+      return text.find("a pause of 6.5 h") != std::string::npos;
+    }));
+  }
+}
+
+TEST(Pauses, LeaveACauseToBeFound) {
+  const Diagnosis d = lumped::run(paused(
+      lumped::measure({{lumped::find(Kind::source_power, "motor"), 1.6}}, {.sample_s = 300, .seed = 34, .spread = 0.5}),
+      11.75, 18.25));
+  lumped::expect_found(d, lumped::find(Kind::source_power, "motor"), 1.6, 0.2);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << lumped::listed(d);
+}
+
+}  // namespace
