@@ -280,6 +280,26 @@ TEST_F(StudyCampaign, UnitsInAnyOrderGiveTheFilesOfTheVerb) {
   EXPECT_EQ(of_the_verb(), after);
 }
 
+TEST_F(StudyCampaign, ADryRunSaysWhatIsLeftAndWritesNothing) {
+  const json before = json::parse(study({"--dry-run"}).out);
+  EXPECT_EQ(before["units"], 2);
+  EXPECT_EQ(before["to_compute"].size(), 2U);
+  EXPECT_SAYS(before["to_compute"].dump(), "load program 'warm_up'");
+  EXPECT_GT(before["disk_GiB"], 0.0);
+  EXPECT_GT(before["memory_GiB"], 0.0);
+  EXPECT_FALSE(fs::exists(folder()));
+  EXPECT_FALSE(fs::exists(toy_.result("campaign")));
+
+  ASSERT_EQ(study({"--part", "0/2"}).status, 0);
+  const Files files = files_in(folder());
+  const json after = json::parse(study({"--dry-run"}).out);
+  EXPECT_EQ(after["done"], 1);
+  EXPECT_EQ(after["to_compute"].size(), 1U);
+  EXPECT_EQ(files_in(folder()), files);
+  EXPECT_EQ(study({"--dry-run", "--slurm"}).status, 2);
+  EXPECT_EQ(study({"--dry-run", "--gather"}).status, 2);
+}
+
 TEST_F(StudyCampaign, AStoppedUnitGoesOnWithTheSameBits) {
   toy_.edit("loads/warm_up.toml", "time_step_s = 120", "time_step_s = 5");
   const Files files = of_the_verb();

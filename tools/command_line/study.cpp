@@ -18,11 +18,16 @@ void add_cluster_options(CLI::App& verb, ClusterOptions& cluster) {
                                "of the array job.")
                    ->excludes(slurm)
                    ->excludes(local);
+  verb.add_flag("--dry-run", cluster.dry_run,
+                "Say which units are to be computed and what memory and disk they need, and compute nothing.")
+      ->excludes(slurm)
+      ->excludes(part);
   verb.add_flag("--gather", cluster.gather,
                 "Compute nothing: make the tables of the units that are done, and name those that are missing "
                 "(status 3).")
       ->excludes(slurm)
-      ->excludes(part);
+      ->excludes(part)
+      ->excludes("--dry-run");
   verb.add_option("--tasks", cluster.tasks, "With --slurm: tasks of the array job (default: one a unit, 200 at most).")
       ->check(CLI::Range(1, 100000))
       ->needs(slurm);

@@ -27,19 +27,48 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int most_tasks = 200;
+constexpr std::size_t most_shown = 24;
 
-/// For the units that are left, before the first of them. Tasks of an array job have --task-memory each.
-void require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
-  const auto pending = study::pending_units(study.folder, study.units, study::part_of(cluster.part));
-  if (pending.empty()) return;
-  double bytes = 0;
-  for (const std::size_t u : pending) bytes += study.disk_bytes(u);
-  study::require_disk(study.folder, bytes);
-  const study::MemoryWanted memory = study.memory(pending);
+/// Of the units that are left.
+struct Needs {
+  std::vector<std::size_t> pending;
+  double disk_bytes = 0;
+  study::MemoryWanted memory;
+};
+
+/// Before the first unit. Tasks of an array job have --task-memory each.
+Needs require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
+  Needs needs;
+  needs.pending = study::pending_units(study.folder, study.units, study::part_of(cluster.part));
+  if (needs.pending.empty()) return needs;
+  for (const std::size_t u : needs.pending) needs.disk_bytes += study.disk_bytes(u);
+  study::require_disk(study.folder, needs.disk_bytes);
+  needs.memory = study.memory(needs.pending);
   if (cluster.slurm)
-    study::require_memory(memory, "--task-memory", study::GiB * cluster.task_memory_GiB);
+    study::require_memory(needs.memory, "--task-memory", study::GiB * cluster.task_memory_GiB);
   else
-    study::require_memory(memory, study.origin.string(), solver::available_memory());
+    study::require_memory(needs.memory, study.origin.string(), solver::available_memory());
+  return needs;
+}
+
+void print_dry_run(const CommonOptions& options, const UnitStudy& study, const Needs& needs) {
+  const std::size_t all = study.units.size(), left = needs.pending.size();
+  std::vector<std::string> words;
+  for (const std::size_t u : needs.pending) words.push_back(study.units[u].words);
+  std::string text = fmt::format("{} of {} units are to be computed, {} are done\n", left, all, all - left);
+  for (std::size_t k = 0; k < std::min(left, most_shown); ++k) text += "  " + words[k] + "\n";
+  if (left > most_shown) text += fmt::format("  and {} more\n", left - most_shown);
+  if (left > 0) {
+    text += fmt::format("tables: {:.2g} GiB of disk\n", needs.disk_bytes / study::GiB);
+    if (needs.memory.bytes > 0)
+      text += fmt::format("memory: at least {:.2g} GiB ({})\n", needs.memory.bytes / study::GiB, needs.memory.words);
+  }
+  const json summary = {{"units", all},
+                        {"done", all - left},
+                        {"to_compute", words},
+                        {"disk_GiB", needs.disk_bytes / study::GiB},
+                        {"memory_GiB", needs.memory.bytes / study::GiB}};
+  print_summary(options, text, summary.dump());
 }
 
 void write_scripts(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
@@ -77,11 +106,13 @@ void open_study(const ClusterOptions& cluster, const fs::path& folder, const fs:
     throw core::InputError(folder.string(), "no study was begun here, so there is nothing to gather",
                            "the --out that the units were computed in; is it mounted?");
   }
+  if (cluster.dry_run && !fs::exists(folder / study::origin_note)) return;
   require_writable(folder);
   study::claim_folder(folder, origin);
 }
 
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
+  if (cluster.dry_run) return print_dry_run(options, study, require_resources(cluster, study));
   const Stopwatch time;
   const core::FolderGuard guard(options.out, study.folder / study::origin_note);
   if (!cluster.gather) require_resources(cluster, study);
@@ -106,7 +137,9 @@ void carry_out(const CommonOptions& options, const ClusterOptions& cluster, cons
                 summary.dump());
 }
 
-bool is_local(const ClusterOptions& cluster) { return !cluster.slurm && !cluster.gather && cluster.part.empty(); }
+bool is_local(const ClusterOptions& cluster) {
+  return !cluster.slurm && !cluster.gather && !cluster.dry_run && cluster.part.empty();
+}
 
 void require_none_missing(const UnitStudy& study, const std::vector<std::string>& missing) {
   if (missing.empty()) return;

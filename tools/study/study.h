@@ -14,6 +14,7 @@ namespace thermotwin::tools {
 /// Where the units of a study are computed.
 struct ClusterOptions {
   bool local = false, slurm = false, gather = false;
+  bool dry_run = false;
   std::string part;  ///< "I/N"; empty: all units
   int tasks = 0;     ///< of the array job; 0: one a unit, 200 at most
   int task_threads = 2;

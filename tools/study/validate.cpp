@@ -140,7 +140,8 @@ void study_validate(const StudyValidateOptions& given) {
   }
   if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
   if (options.model.empty() && !is_local(options.cluster))
-    throw core::UsageError("study validate on several hosts needs --model, or model.rom.h5 in --out");
+    throw core::UsageError(
+        "study validate on several hosts, or with --dry-run, needs --model, or model.rom.h5 in --out");
   ValidateStudy(options).carry_out();
 }
 

@@ -192,7 +192,7 @@ std::string table_of(const study::VariantStudy& results, const study::StudyPlan&
 reduction::ReducedModel reduced_model(StudyVariantsOptions& options, const study::StudyPlan& plan) {
   if (options.model.empty() && fs::exists(options.out / "model.rom.h5")) options.model = options.out / "model.rom.h5";
   if (options.model.empty() && (!is_local(options.cluster)))
-    throw core::UsageError("--reduced on several hosts needs --model, or model.rom.h5 in --out");
+    throw core::UsageError("--reduced on several hosts, or with --dry-run, needs --model, or model.rom.h5 in --out");
   if (plan.sizes.size() > 1)
     throw core::UsageError("--reduced: a reduced model has one mesh, the plan " + std::to_string(plan.sizes.size()) +
                            " sizes");
