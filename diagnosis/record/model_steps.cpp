@@ -140,10 +140,11 @@ std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::v
 void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
                 const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_spans(time, rows, longest, average);
+  const auto same = [](double a, double b) { return std::abs(a - b) < 1e-6; };
   const auto may_change = [&](double at) {
-    return std::any_of(out.may_hold.begin(), out.may_hold.end(), [at](const auto& may) {
-      return !may.in_pause && std::abs((may.earlier ? may.to : may.from) - at) < 1e-6;
-    });
+    return std::any_of(out.may_hold.begin(), out.may_hold.end(),
+                       [&](const auto& may) { return same(may.earlier ? may.to : may.from, at); }) ||
+           std::any_of(out.pauses.begin(), out.pauses.end(), [&](const auto& pause) { return same(pause.shown, at); });
   };
   const auto switches_at = [&](std::size_t i) {
     return i == 0 || change_between(all[i - 1].row, all[i].row, switched) >= changed_share;
@@ -200,12 +201,13 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     if (!average[c] || std::any_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; }))
       switchable.push_back(c);
   }
-  for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
+  for (Index i = 0; i + 1 < n; ++i) {
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
-    if (of_a_row && rows_at_changes) continue;
     const bool of_a_pause = gap > std::max(out.interval, pause_intervals * usual);
     if (of_a_pause) out.pauses.push_back({time[i], shown});
+    if (i + 2 == n) break;  // what the last row says holds for nothing
+    if (rows_at_changes && (of_a_row || of_a_pause)) continue;
     if (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
@@ -242,7 +244,14 @@ void set_model_steps(const compensation::Measurement& measurement, const solver:
   make_steps(input_times(time, rows, watched, average, options.changes, measurement.rows_at_changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
-  if (!measurement.rows_at_changes) add_unknown_operation(time, rows, inputs, watched, out);
+  if (!measurement.rows_at_changes) {
+    std::vector<Watched> recorded = watched;  // an input without a column keeps its value in a pause, too
+    std::erase_if(recorded, [&](const Watched& w) {
+      return std::none_of(measurement.channels.begin(), measurement.channels.end(),
+                          [&](const auto& channel) { return channel.input == inputs[w.channel].name; });
+    });
+    add_unknown_operation(rows, inputs, recorded, out);
+  }
   let_wander(time, rows, inputs, out);
   if (const int hour = channels.index(mesh::time_of_day); hour >= 0) set_hours(time, rows.col(hour), hour, out);
 }

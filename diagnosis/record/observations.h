@@ -77,8 +77,8 @@ struct Observations {
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
   /// An uncertain time of a change: inputs that may have held over a time span instead of those of the model's steps. A
-  /// log states when a change of speed, power or state was recorded, not when it occurred. The largest changes first,
-  /// then what may have run in a pause.
+  /// log states when a change of speed, power or state was recorded, not when it occurred. Of each record the largest
+  /// changes first, then what may have run in its pauses.
   struct MayHold {
     double from, to;                     ///< s, the time span
     Eigen::VectorXd row;                 ///< (channels of the machine)

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <set>
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement_check.h"
@@ -320,27 +321,28 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
                     "of the model. A record that begins in equilibrium is more informative.",
                     obs.start_spread_K, machine.sensors.size()));
   }
+  std::set<double> unknown;  // ends of the pauses in which anything may have run
+  for (const Observations::MayHold& may : obs.may_hold)
+    if (may.in_pause) unknown.insert(may.shown);
   double longest = 0.0;
-  for (const Observations::MayHold& may : obs.may_hold) {
-    const bool in_pause =
-        std::any_of(obs.pauses.begin(), obs.pauses.end(), [&](const auto& pause) { return pause.shown == may.shown; });
-    if (!in_pause) longest = std::max(longest, may.shown - may.from);
-  }
+  for (const Observations::MayHold& may : obs.may_hold)
+    if (!unknown.contains(may.shown)) longest = std::max(longest, may.shown - may.from);
   if (longest > long_row_s) {
     warnings.push_back(fmt::format(
         "Switching times are uncertain, because rows are up to {:.0f} s apart where a speed, power or state changes. "
         "They were estimated from fast-responding sensors. Record a row at each change, or one every minute.",
         longest));
   }
-  if (std::any_of(obs.may_hold.begin(), obs.may_hold.end(), [](const auto& may) { return may.in_pause; })) {
-    double pause = 0.0;
-    for (const Observations::OpenChange& each : obs.pauses) pause = std::max(pause, each.shown - each.from);
+  double pause = 0.0;
+  for (const Observations::OpenChange& each : obs.pauses)
+    if (unknown.contains(each.shown)) pause = std::max(pause, each.shown - each.from);
+  if (!unknown.empty()) {
+    const double hours = pause / core::units::hour;
     warnings.push_back(fmt::format(
         "The log has {}. What ran meanwhile is taken as unknown, so the rows after it say less about causes. Log "
         "without pauses, or state [record] rows_at_changes = true where nothing changed.",
-        obs.pauses.size() == 1
-            ? fmt::format("a pause of {:.2g} h", pause / core::units::hour)
-            : fmt::format("{} pauses of up to {:.2g} h", obs.pauses.size(), pause / core::units::hour)));
+        unknown.size() == 1 ? fmt::format("a pause of {:.1f} h", hours)
+                            : fmt::format("{} pauses of up to {:.1f} h", unknown.size(), hours)));
   }
   return warnings;
 }

@@ -53,8 +53,10 @@ void add_surroundings(const mesh::Machine& machine, const compensation::Measurem
         measured ? measured_air_std_K : std::max(unmeasured_std_K, stated));
     if (!measured) continue;
     const double std_K = 0.5 * spread_K(measurement, input);
-    for (const Observations::OpenChange& pause : obs.pauses)
-      add(pause.from, pause.shown, unmeasured_knot_s, 1, false, std_K);
+    double paused = 0.0;
+    for (const Observations::OpenChange& pause : obs.pauses) paused += pause.shown - pause.from;
+    const double knot_s = std::max(unmeasured_knot_s, paused / most_knots);
+    for (const Observations::OpenChange& pause : obs.pauses) add(pause.from, pause.shown, knot_s, 1, false, std_K);
   }
 }
 

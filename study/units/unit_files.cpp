@@ -40,19 +40,22 @@ UnitFiles files_of(const std::string& stamp) {
 
 }  // namespace
 
-void claim_folder(const fs::path& study, const fs::path& plan) {
+bool require_folder_of(const fs::path& study, const fs::path& plan) {
   const fs::path note = study / origin_note, own = fs::canonical(plan);
-  if (fs::exists(note)) {
-    std::string other = core::read_file(note);
-    while (!other.empty() && other.back() == '\n') other.pop_back();
-    std::error_code ignored;
-    if (other == own.string()) return;
-    if (fs::exists(other, ignored) && !fs::equivalent(other, own, ignored)) {
-      throw core::InputError(study.string(), fmt::format("the results of {}, not of {}", other, own.string()),
-                             "one plan or case a folder: another --out, or another name for one of the plans");
-    }
+  if (!fs::exists(note)) return false;
+  std::string other = core::read_file(note);
+  while (!other.empty() && other.back() == '\n') other.pop_back();
+  std::error_code ignored;
+  if (other == own.string()) return true;
+  if (fs::exists(other, ignored) && !fs::equivalent(other, own, ignored)) {
+    throw core::InputError(study.string(), fmt::format("the results of {}, not of {}", other, own.string()),
+                           "one plan or case a folder: another --out, or another name for one of the plans");
   }
-  core::write_file(note, own.string() + "\n");
+  return false;
+}
+
+void claim_folder(const fs::path& study, const fs::path& plan) {
+  if (!require_folder_of(study, plan)) core::write_file(study / origin_note, fs::canonical(plan).string() + "\n");
 }
 
 fs::path unit_folder(const fs::path& study, const Unit& unit) { return study / "units" / unit.id; }

@@ -20,6 +20,10 @@ using UnitFiles = std::vector<std::filesystem::path>;
 /// In the folder of a study, from its beginning on: the path of its plan or case.
 inline constexpr const char* origin_note = "plan.path";
 
+/// @return whether the folder of a study is noted to be of this plan or case
+/// @throws InputError, with both paths, if it is of another one that still exists
+bool require_folder_of(const std::filesystem::path& study, const std::filesystem::path& plan);
+
 /// Notes in the folder of a study which plan or case it is of.
 /// @throws InputError, with both paths, if it is of another one that still exists
 void claim_folder(const std::filesystem::path& study, const std::filesystem::path& plan);

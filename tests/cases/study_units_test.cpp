@@ -284,7 +284,7 @@ TEST_F(StudyCampaign, ADryRunSaysWhatIsLeftAndWritesNothing) {
   const json before = json::parse(study({"--dry-run"}).out);
   EXPECT_EQ(before["units"], 2);
   EXPECT_EQ(before["to_compute"].size(), 2U);
-  EXPECT_SAYS(before["to_compute"].dump(), "load program 'warm_up'");
+  EXPECT_SAYS(before["to_compute"].dump(), "load programs 'warm_up'");
   EXPECT_GT(before["disk_GiB"], 0.0);
   EXPECT_GT(before["memory_GiB"], 0.0);
   EXPECT_FALSE(fs::exists(folder()));

@@ -36,38 +36,57 @@ struct Needs {
   study::MemoryWanted memory;
 };
 
-/// Before the first unit. Tasks of an array job have --task-memory each.
-Needs require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
+Needs needs_of(const ClusterOptions& cluster, const UnitStudy& study) {
   Needs needs;
   needs.pending = study::pending_units(study.folder, study.units, study::part_of(cluster.part));
   if (needs.pending.empty()) return needs;
   for (const std::size_t u : needs.pending) needs.disk_bytes += study.disk_bytes(u);
-  study::require_disk(study.folder, needs.disk_bytes);
   needs.memory = study.memory(needs.pending);
+  return needs;
+}
+
+/// Before the first unit. Tasks of an array job have --task-memory each.
+void require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
+  const Needs needs = needs_of(cluster, study);
+  if (needs.pending.empty()) return;
+  study::require_disk(study.folder, needs.disk_bytes);
   if (cluster.slurm)
     study::require_memory(needs.memory, "--task-memory", study::GiB * cluster.task_memory_GiB);
   else
     study::require_memory(needs.memory, study.origin.string(), solver::available_memory());
-  return needs;
+}
+
+/// Of the folder, or of the nearest one above it that is there; 0: not known.
+double free_disk(fs::path folder) {
+  std::error_code error;
+  for (folder = fs::absolute(folder); !fs::exists(folder, error) && folder.has_relative_path();)
+    folder = folder.parent_path();
+  const fs::space_info space = fs::space(folder, error);
+  return error ? 0.0 : static_cast<double>(space.available);
 }
 
 void print_dry_run(const CommonOptions& options, const UnitStudy& study, const Needs& needs) {
   const std::size_t all = study.units.size(), left = needs.pending.size();
   std::vector<std::string> words;
   for (const std::size_t u : needs.pending) words.push_back(study.units[u].words);
+  const double disk = needs.disk_bytes / study::GiB, free = free_disk(study.folder) / study::GiB;
+  const double memory = needs.memory.bytes / study::GiB, available = solver::available_memory() / study::GiB;
   std::string text = fmt::format("{} of {} units are to be computed, {} are done\n", left, all, all - left);
   for (std::size_t k = 0; k < std::min(left, most_shown); ++k) text += "  " + words[k] + "\n";
   if (left > most_shown) text += fmt::format("  and {} more\n", left - most_shown);
   if (left > 0) {
-    text += fmt::format("tables: {:.2g} GiB of disk\n", needs.disk_bytes / study::GiB);
-    if (needs.memory.bytes > 0)
-      text += fmt::format("memory: at least {:.2g} GiB ({})\n", needs.memory.bytes / study::GiB, needs.memory.words);
+    text += fmt::format("tables need {:.2g} GiB of disk, {:.3g} GiB are free\n", disk, free);
+    text += memory > 0 ? fmt::format("{} need {:.2g} GiB of memory at least, {:.3g} GiB are available here\n",
+                                     needs.memory.words, memory, available)
+                       : "the memory that they need is not known\n";
   }
   const json summary = {{"units", all},
                         {"done", all - left},
                         {"to_compute", words},
-                        {"disk_GiB", needs.disk_bytes / study::GiB},
-                        {"memory_GiB", needs.memory.bytes / study::GiB}};
+                        {"disk_GiB", disk},
+                        {"free_disk_GiB", free},
+                        {"memory_GiB", memory > 0 ? json(memory) : json()},
+                        {"available_memory_GiB", available}};
   print_summary(options, text, summary.dump());
 }
 
@@ -106,13 +125,16 @@ void open_study(const ClusterOptions& cluster, const fs::path& folder, const fs:
     throw core::InputError(folder.string(), "no study was begun here, so there is nothing to gather",
                            "the --out that the units were computed in; is it mounted?");
   }
-  if (cluster.dry_run && !fs::exists(folder / study::origin_note)) return;
+  if (cluster.dry_run) {
+    study::require_folder_of(folder, origin);
+    return;
+  }
   require_writable(folder);
   study::claim_folder(folder, origin);
 }
 
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study) {
-  if (cluster.dry_run) return print_dry_run(options, study, require_resources(cluster, study));
+  if (cluster.dry_run) return print_dry_run(options, study, needs_of(cluster, study));
   const Stopwatch time;
   const core::FolderGuard guard(options.out, study.folder / study::origin_note);
   if (!cluster.gather) require_resources(cluster, study);

@@ -60,11 +60,12 @@ TEST(Pauses, AnythingMayHaveRunInAnyPartOfThem) {
   EXPECT_NEAR(obs.pauses[0].shown, 11.5 * hour, 1e-9);
   const mesh::Machine machine = lumped::machine();
   const solver::Channels channels(machine);
-  const int rpm = channels.index("spindle.speed_rpm"), feed = channels.index("axis.Z.feed_mm_min");
+  const int rpm = channels.index("spindle.speed_rpm"), feed = channels.index("axis.Z.feed_mm_min"),
+            position = channels.index("axis.Z.position_mm");
   for (const auto& [channel, other] : {std::pair{rpm, 11000.0}, std::pair{feed, 0.0}}) {
     double covered = 0.0, ends = 11.5 * hour, longest = 0.0;
     for (const Observations::MayHold& may : in_pause(obs)) {
-      if (may.channels.front() != channel) continue;
+      if (may.channels.front() != channel || may.row[position] != 100) continue;
       EXPECT_EQ(may.row[channel], other);
       EXPECT_NEAR(may.to, ends, 1e-9) << "one after another, from the end";
       EXPECT_GE(may.to - may.from, longest) << "the last ones are short";
@@ -96,17 +97,94 @@ TEST(Pauses, TemperaturesWanderOnThroughThem) {
   EXPECT_NEAR(at(11.0), 0.75 * before + 0.25 * after, 0.05);
 }
 
+/// Steps of five minutes in a pause from 0 to its end, with the same inputs in all of them.
+Observations held_through(const VectorXd& row, double hours) {
+  Observations obs;
+  const auto steps = static_cast<Index>(12 * hours);
+  obs.points = VectorXd::LinSpaced(steps + 1, 0.0, hours * hour);
+  obs.rows = row.transpose().replicate(steps, 1);
+  obs.pauses = {{0.0, hours * hour}};
+  return obs;
+}
+
+TEST(Pauses, OfManyInputsHaveLongerParts) {
+  for (const int inputs : {4, 20, 30, 60}) {
+    std::vector<compensation::Channel> channels(inputs);
+    std::vector<diagnosis::Watched> watched;
+    for (int c = 0; c < inputs; ++c) watched.push_back({c, 1.0});
+    MatrixXd rows = MatrixXd::Zero(2, inputs);
+    rows.row(1).setOnes();
+    Observations obs = held_through(VectorXd::Zero(inputs), 14);
+    diagnosis::add_unknown_operation(rows, channels, watched, obs);
+    EXPECT_LE(obs.may_hold.size(), 128U) << inputs;
+    for (int c = 0; c < inputs; ++c) {
+      double covered = 0.0;
+      for (const auto& may : obs.may_hold)
+        if (may.channels == std::vector<Index>{c}) covered += may.to - may.from, EXPECT_EQ(may.row[c], 1.0);
+      EXPECT_NEAR(covered, 14 * hour, 1e-6) << inputs;
+    }
+  }
+}
+
+TEST(Pauses, AnAxisMovesAsItDidOrStands) {
+  using compensation::Quantity;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<compensation::Channel> channels(5);
+  const Quantity quantities[] = {Quantity::feed, Quantity::position, Quantity::range, Quantity::range,
+                                 Quantity::turning};
+  for (int c = 0; c < 5; ++c) channels[c].quantity = quantities[c], channels[c].axis = c < 4 ? "Z" : "";
+  MatrixXd rows(3, 5);
+  rows << 0, 100, none, none, 0,  //
+      15000, 250, 200, 300, 0,    //
+      0, 100.4, none, none, 0;
+  const std::vector<diagnosis::Watched> watched{{0, 15000}};
+  const auto others = [&](const VectorXd& held) {
+    Observations obs = held_through(held, 0.08);
+    diagnosis::add_unknown_operation(rows, channels, watched, obs);
+    return obs.may_hold;
+  };
+  const std::vector<Index> of_z{0, 1, 2, 3};
+  const auto standing = others(rows.row(0).transpose());
+  ASSERT_EQ(standing.size(), 2U) << "it moved, or stood elsewhere";
+  EXPECT_EQ(standing[0].channels, of_z);
+  EXPECT_EQ(standing[0].row.head(4), rows.row(1).head(4).transpose());
+  EXPECT_EQ(standing[1].row[0], 0.0);
+  EXPECT_EQ(standing[1].row[1], 250.0);
+  const auto moving = others(rows.row(1).transpose());
+  ASSERT_EQ(moving.size(), 2U);
+  EXPECT_EQ(moving[0].channels, of_z);
+  EXPECT_EQ(moving[0].row[0], 0.0);
+  EXPECT_TRUE(std::isnan(moving[0].row[2]) && std::isnan(moving[0].row[3])) << "where it stands it does not swing";
+  EXPECT_EQ(moving[1].row[1], 100.0);
+}
+
+// The speed changes at 3 h from 0 to 6000 rpm: before it something else ran, after it the spindle stood.
+TEST(Pauses, WhatElseRanIsElseThanTheModelTakes) {
+  const Observations obs =
+      observed(paused(lumped::measure({}, {.noise_K = 0, .noise_um = 0}), 1.5, 5.5), {{5.5 * hour, 3.0 * hour}});
+  const int rpm = solver::Channels(lumped::machine()).index("spindle.speed_rpm");
+  int before = 0, after = 0;
+  for (const Observations::MayHold& may : in_pause(obs)) {
+    if (may.channels.front() != rpm) continue;
+    const double middle = 0.5 * (may.from + may.to);
+    EXPECT_EQ(may.row[rpm], middle < 3 * hour ? 11000.0 : 0.0) << middle;
+    ++(middle < 3 * hour ? before : after);
+  }
+  EXPECT_GE(before, 1);
+  EXPECT_GE(after, 2);
+}
+
 TEST(Pauses, OfManyTheLongestAreTaken) {
   compensation::Measurement m = lumped::measure({}, {.noise_K = 0, .noise_um = 0});
-  for (int k = 0; k < 16; ++k) m = paused(m, 1.0 + 2 * k, 1.5 + 2 * k + 0.02 * k);
+  for (int k = 0; k < 30; ++k) m = paused(m, 0.5 + 1.15 * k, 0.9 + 1.15 * k + 0.01 * k);
   const Observations obs = observed(m);
-  EXPECT_EQ(obs.pauses.size(), 16U);
+  EXPECT_EQ(obs.pauses.size(), 30U);
   const std::vector<Observations::MayHold> taken = in_pause(obs);
-  EXPECT_LE(taken.size(), 64U);
+  EXPECT_LE(taken.size(), 128U);
   std::set<double> shown;
   for (const auto& may : taken) shown.insert(may.shown);
   ASSERT_FALSE(shown.empty());
-  EXPECT_LT(shown.size(), 16U);
+  EXPECT_LT(shown.size(), 30U);
   EXPECT_TRUE(shown.contains(obs.pauses.back().shown));
   EXPECT_FALSE(shown.contains(obs.pauses.front().shown));
 }
