@@ -42,7 +42,7 @@ extern "C" void block_in_this_thread(int, siginfo_t*, void* context) {
   answers.fetch_add(1);
 }
 
-/// Threads that libraries began before main (OpenBLAS does) kept the mask of that moment. Waits until they have answered.
+/// Threads that libraries began before main (OpenBLAS does) kept the mask of that moment. Waits for their answer.
 void block_in_older_threads() {
   const int ask = SIGRTMIN + 3;  // used by nobody else; stays handled, since a thread may be slow to take it
   struct sigaction action {};

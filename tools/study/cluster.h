@@ -34,8 +34,8 @@ void open_study(const ClusterOptions& cluster, const std::filesystem::path& fold
                 const std::filesystem::path& origin);
 
 /// Computes the units and gathers their results, computes the units of one part of an array job, only gathers,
-/// writes the scripts for Slurm, or says what there is to compute. Nothing is written once the study's folder has gone away,
-/// and no unit is begun if disk or memory are too little for those that are left.
+/// writes the scripts for Slurm, or says what there is to compute. Nothing is written once the study's folder has gone
+/// away, and no unit is begun if disk or memory are too little for those that are left.
 /// @throws SolverError or InputError if no unit can be computed; InputError for a folder that has gone away, too little
 ///   disk or memory
 void carry_out(const CommonOptions& options, const ClusterOptions& cluster, const UnitStudy& study);

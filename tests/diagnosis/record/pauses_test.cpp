@@ -119,8 +119,11 @@ TEST(Pauses, OfManyInputsHaveLongerParts) {
     EXPECT_LE(obs.may_hold.size(), 128U) << inputs;
     for (int c = 0; c < inputs; ++c) {
       double covered = 0.0;
-      for (const auto& may : obs.may_hold)
-        if (may.channels == std::vector<Index>{c}) covered += may.to - may.from, EXPECT_EQ(may.row[c], 1.0);
+      for (const auto& may : obs.may_hold) {
+        if (may.channels != std::vector<Index>{c}) continue;
+        covered += may.to - may.from;
+        EXPECT_EQ(may.row[c], 1.0);
+      }
       EXPECT_NEAR(covered, 14 * hour, 1e-6) << inputs;
     }
   }
