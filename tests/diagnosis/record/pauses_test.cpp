@@ -65,7 +65,7 @@ TEST(Pauses, AnythingMayHaveRunInAnyPartOfThem) {
   for (const auto& [channel, other] : {std::pair{rpm, 11000.0}, std::pair{feed, 0.0}}) {
     double covered = 0.0, ends = 11.5 * hour, longest = 0.0;
     for (const Observations::MayHold& may : in_pause(obs)) {
-      if (may.channels.front() != channel || may.row[position] != 100) continue;
+      if (std::ranges::count(may.channels, channel) == 0 || may.row[position] != 100) continue;
       EXPECT_EQ(may.row[channel], other);
       EXPECT_NEAR(may.to, ends, 1e-9) << "one after another, from the end";
       EXPECT_GE(may.to - may.from, longest) << "the last ones are short";
@@ -100,7 +100,7 @@ TEST(Pauses, TemperaturesWanderOnThroughThem) {
 /// Steps of five minutes in a pause from 0 to its end, with the same inputs in all of them.
 Observations held_through(const VectorXd& row, double hours) {
   Observations obs;
-  const auto steps = static_cast<Index>(12 * hours);
+  const Index steps = std::max<Index>(1, std::lround(12 * hours));
   obs.points = VectorXd::LinSpaced(steps + 1, 0.0, hours * hour);
   obs.rows = row.transpose().replicate(steps, 1);
   obs.pauses = {{0.0, hours * hour}};
