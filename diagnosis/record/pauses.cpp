@@ -65,14 +65,14 @@ public:
     std::vector<Alternative> found;
     for (const Watched& w : watched_) {
       const Quantity quantity = inputs_[w.channel].quantity;
+      if (!std::isfinite(held[w.channel]) || quantity == Quantity::gradient) continue;  // which wanders
       const bool runs = std::abs(held[w.channel]) >= half * w.largest;
-      if (!std::isfinite(held[w.channel]) || quantity == Quantity::gradient) continue;
-      if (quantity == Quantity::feed)
+      if (quantity == Quantity::feed) {
         found.push_back(runs ? standing(held, w.channel) : moving(held, w.channel));
-      else
-        found.push_back({{w.channel}, held});
-      double& value = found.back().row[w.channel];
-      if (quantity != Quantity::feed) value = runs ? 0.0 : rows_(farthest(rows_, w.channel, 0.0), w.channel);
+        continue;
+      }
+      found.push_back({{w.channel}, held});
+      found.back().row[w.channel] = runs ? 0.0 : rows_(farthest(rows_, w.channel, 0.0), w.channel);
     }
     for (Index c = 0; c < held.size(); ++c) {
       if (inputs_[c].quantity != Quantity::position) continue;
