@@ -88,11 +88,10 @@ const KeyTable record{
          "machine", Absent{"not stated: fits every machine with its channels"},
          "`name` in machine.toml of the recorded machine. `evaluate`, `diagnose` and `run` refuse the record with the "
          "model of another machine, and `evaluate` its use as training data for a record of another."),
-     key::flag("rows_at_changes", false,
-               "true: each change of a speed, power or state has a row at its time. false: where rows are more than a "
-               "minute apart, a change may have occurred at any time since the previous row. Anything may have run in "
-               "a pause "
-               "of the log."),
+     key::flag(
+         "rows_at_changes", false,
+         "true: each change of a speed, power or state has a row at its time. false: in rows over a minute apart a "
+         "change may come late, and in a pause anything may have run."),
      key::text("starts_at", Absent{"no time of day: laws over it contribute 0"},
                "Time of day, \"06:30\", at `time_s` = 0. Laws over `day.time_h` then have their input.")}};
 

@@ -244,14 +244,12 @@ void set_model_steps(const compensation::Measurement& measurement, const solver:
   make_steps(input_times(time, rows, watched, average, options.changes, measurement.rows_at_changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
-  if (!measurement.rows_at_changes) {
-    std::vector<Watched> recorded = watched;  // an input without a column keeps its value in a pause, too
-    std::erase_if(recorded, [&](const Watched& w) {
-      return std::none_of(measurement.channels.begin(), measurement.channels.end(),
-                          [&](const auto& channel) { return channel.input == inputs[w.channel].name; });
-    });
-    add_unknown_operation(rows, inputs, recorded, out);
-  }
+  std::vector<Watched> recorded = watched;  // an input without a column keeps its value all the time
+  std::erase_if(recorded, [&](const Watched& w) {
+    return std::none_of(measurement.channels.begin(), measurement.channels.end(),
+                        [&](const auto& channel) { return channel.input == inputs[w.channel].name; });
+  });
+  add_unknown_operation(rows, inputs, recorded, !measurement.rows_at_changes, out);
   let_wander(time, rows, inputs, out);
   if (const int hour = channels.index(mesh::time_of_day); hour >= 0) set_hours(time, rows.col(hour), hour, out);
 }

@@ -11,7 +11,7 @@
 
 namespace thermotwin::diagnosis {
 
-/// Fills points, rows, mixed, may_hold, open_changes, pauses and told_row_s; the interval is there already.
+/// Fills points, rows, mixed, may_hold, before, open_changes, pauses and told_row_s; the interval is there already.
 /// @param rows  (rows x channels of the machine) of the record
 void set_model_steps(const compensation::Measurement& measurement, const solver::Channels& channels,
                      const Eigen::MatrixXd& rows, const ObserveOptions& options, Observations& out);

@@ -116,13 +116,15 @@ void find_start(const Measurement& measurement, const mesh::Machine& machine, co
   if (first.empty()) {
     const int air = channels.index("air.T_C");
     out.start_C = air >= 0 && std::isfinite(first_row[air]) ? first_row[air] : machine.reference_C;
-    out.start_spread_K = 1.0;
+    out.start_spread_K = out.start_second_K = 1.0;
     return;
   }
   // The median: one sensor that is off should not move the start of all others.
   out.start_C = core::quantile(first, 0.5);
   std::vector<double> distance;
   for (const double value : first) distance.push_back(std::abs(value - out.start_C));
+  std::sort(distance.begin(), distance.end());
+  if (distance.size() > 1) out.start_second_K = distance[distance.size() - 2];
   out.start_spread_K = 1.4826 * core::median(std::move(distance));
 }
 

@@ -96,6 +96,8 @@ struct Observations {
     }
   };
   std::vector<MayHold> may_hold;
+  /// What may have run before the record, as in a pause of 36 h that ends with it.
+  std::vector<MayHold> before;
   /// All uncertain times of changes: s, of the row before the change and of the row that shows it.
   struct OpenChange {
     double from, shown;
@@ -106,6 +108,7 @@ struct Observations {
   double told_row_s = 0;
   std::vector<std::string> left_out;       ///< channels with too few values for a fit
   double start_C = 0, start_spread_K = 0;  ///< median of the first readings; their robust standard deviation
+  double start_second_K = 0;  ///< second largest deviation of a first reading from the median: one sensor may be off
 
   std::string name;  ///< of one of several records
   struct Offset {

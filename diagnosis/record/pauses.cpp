@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "core/units.h"
 #include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
@@ -20,9 +21,10 @@ namespace {
 constexpr double last_part_s = 300;            ///< and each part before it some times as long:
 constexpr double growths[] = {3.0, 9.0, 1e9};  ///< the first of which that has no more columns than
 constexpr std::size_t most_columns = 128;
-constexpr double any_share = 0.5773502691896258;  ///< root mean square of a share between 0 and 1, any alike
-constexpr double half = 0.5;                      ///< of the largest value, from which on something runs
-constexpr double least_move = 1.0;                ///< mm or deg, that makes another position
+constexpr double earlier_s = 36.0 * core::units::hour;  ///< that act on the start of a record
+constexpr double any_share = 0.5773502691896258;        ///< root mean square of a share between 0 and 1, any alike
+constexpr double half = 0.5;                            ///< of the largest value, from which on something runs
+constexpr double least_move = 1.0;                      ///< mm or deg, that makes another position
 
 Index row_at(const VectorXd& time, double at) { return std::lower_bound(time.begin(), time.end(), at) - time.begin(); }
 
@@ -141,11 +143,13 @@ std::vector<Observations::MayHold> in_parts(const Observations::OpenChange& paus
 }  // namespace
 
 void add_unknown_operation(const MatrixXd& rows, const std::vector<Channel>& inputs,
-                           const std::vector<Watched>& watched, Observations& out) {
+                           const std::vector<Watched>& watched, bool in_pauses, Observations& out) {
   std::vector<Observations::OpenChange> pauses = out.pauses;
   std::stable_sort(pauses.begin(), pauses.end(),
                    [](const auto& a, const auto& b) { return a.shown - a.from > b.shown - b.from; });
   const SeenOperation seen(rows, inputs, watched);
+  out.before = in_parts({out.points[0] - earlier_s, out.points[0]}, growths[0], seen, out);
+  if (!in_pauses) return;
   std::vector<std::vector<Observations::MayHold>> each;
   for (const double growth : growths) {
     each.clear();

@@ -20,18 +20,6 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double start_std_K = 0.2;  ///< of the uniform start, beside its spread
-
-/// (starts) of each column of Response::Linear::start
-Eigen::VectorXd starts_std(const std::vector<Index>& starts, const Observations& obs) {
-  Eigen::VectorXd std;
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    std.conservativeResize(std.size() + starts[k]);
-    std.tail(starts[k]).setConstant(start_std(obs.each()[k]));
-  }
-  return std;
-}
-
 /// Columns for zeros of displacements, which were read with noise themselves. Those of a test's channels are zeros of
 /// its sums.
 /// @param zeroed  channels of the columns from `first` on
@@ -72,8 +60,6 @@ void set_mesh_errors(Problem& problem, const std::vector<TestErrors>& errors, In
 }
 
 }  // namespace
-
-double start_std(const Observations& record) { return std::hypot(start_std_K, record.start_spread_K); }
 
 Index Problem::first_row(std::size_t channel) const {
   Index row = 0;
@@ -166,7 +152,7 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   problem.columns.leftCols(count) = linear.sensitivity;
   for (Index i = 0; i < count; ++i) problem.prior_std[i] = problem.parameters[i].nominal_std;
   problem.columns.middleCols(count, starts) = linear.start;
-  problem.prior_std.segment(count, starts) = starts_std(linear.starts, obs);
+  problem.prior_std.segment(count, starts) = linear.start_std;
   problem.columns.middleCols(count + starts, air) = linear.disturbed;
   for (Index k = 0; k < air; ++k) problem.prior_std[count + starts + k] = wander[k].std_K;
   set_zeros(problem, zeroed, count + starts + air);

@@ -53,9 +53,6 @@ struct Problem {
   Eigen::VectorXd moved_around(const std::vector<int>& but) const;
 };
 
-/// @return the standard deviation of the uniform start of a record, K
-double start_std(const Observations& record);
-
 /// @param around  (parameters) see Problem; empty: linearised at nominal
 /// @param records  those of the observations
 Problem make_problem(const mesh::Machine& machine, Records records, Observations observations, const Response& response,

@@ -265,7 +265,8 @@ Response::Linear Response::linearise_each(const MachineInTime& base, const std::
     start.push_back(std::move(linear.back().start));
     held.push_back(std::move(linear.back().held));
     disturbed.push_back(std::move(linear.back().disturbed));
-    all.starts.push_back(start.back().cols());
+    all.start_std.conservativeResize(all.start_std.size() + start.back().cols());
+    all.start_std.tail(start.back().cols()) = linear.back().start_std;
   }
   all.predicted = below(linear, [](const Linear& one) { return MatrixXd(one.predicted); });
   all.sensitivity = below(linear, [](const Linear& one) { return one.sensitivity; });
@@ -309,10 +310,15 @@ Response::Linear Response::linearise(const MachineInTime& base, const std::vecto
     place.push_back(at);
   }
   for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
-  const MatrixXd modes = with_record ? start_modes(machine) : MatrixXd();
-  const Index starts = with_record ? 1 + modes.cols() : 0, held = with_record ? std::ssize(observations_.may_hold) : 0;
+  const MatrixXd modes = with_record ? start_modes(machine) : MatrixXd(),
+                 earlier = with_record
+                               ? earlier_operation({model_, observations_, machine, rows_.base, capacity_of(machine)})
+                               : MatrixXd();
+  const Index starts = with_record ? 1 + modes.cols() + earlier.cols() : 0,
+              held = with_record ? std::ssize(observations_.may_hold) : 0;
   if (with_record) variants.push_back({machine, 1.0, 1.0, std::nullopt});
-  for (Index i = 0; i + 1 < starts; ++i) variants.push_back({.machine = machine, .start = modes.col(i)});
+  for (const MatrixXd& fields : {modes, earlier})
+    for (Index i = 0; i < fields.cols(); ++i) variants.push_back({.machine = machine, .start = fields.col(i)});
   for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[i]});
   const auto total = count + std::ssize(disturbances) + starts + held;
   for (Index i = count; i < total; ++i) place.push_back(i);
@@ -344,7 +350,9 @@ Response::Linear Response::linearise(const MachineInTime& base, const std::vecto
   result.sensitivity = columns.leftCols(count);
   result.disturbed = columns.middleCols(count, std::ssize(disturbances));
   result.start = columns.middleCols(total - held - starts, starts);
-  result.starts = {starts};
+  result.start_std.setConstant(starts, start_std(observations_));
+  for (Index i = 0; i < earlier.cols(); ++i)
+    result.start_std[starts - earlier.cols() + i] = observations_.before[i].std;
   result.held = columns.middleCols(total - held, held);
   if (with_spread) result.spread = columns.rightCols(count);
   return result;

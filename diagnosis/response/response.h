@@ -42,15 +42,15 @@ public:
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
-    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes.h, if
-    /// asked for
+    /// (observations x starts) per K of the uniform start and of slow modes of the machine, then per whole share of what
+    /// may have run before, see start_modes.h, if asked for
     Eigen::MatrixXd start;
+    Eigen::VectorXd start_std;  ///< (starts) prior standard deviations
     Eigen::MatrixXd held;       ///< (observations x may_hold) where those inputs hold all of their while, if asked for
     Eigen::MatrixXd disturbed;  ///< (observations x disturbances) per K of their peaks
     /// (observations x parameters) what each parameter's heat changes when it enters spread, see spread_heat(),
     /// instead of where the machine says, per unit; zero for what adds no heat. Empty if not asked for.
     Eigen::MatrixXd spread;
-    std::vector<Eigen::Index> starts;  ///< (records) columns of `start` of each
   };
 
   /// @param base        machine that the parameters change

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The temperature field of a machine that was not in equilibrium when a record began: its slowest modes.
+// The temperature field of a machine that was not in equilibrium when a record began: its slowest modes, and what it was
+// warmed by before.
 
 #include <Eigen/Core>
 
 #include "diagnosis/record/observations.h"
+#include "diagnosis/response/propagation.h"
 #include "reduction/model/reduced_model.h"
 
 namespace thermotwin::diagnosis {
@@ -20,5 +22,11 @@ Eigen::MatrixXd conduction_at_start(const reduction::ReducedModel& model, const 
 /// the first readings agree
 Eigen::MatrixXd start_modes(const reduction::ReducedModel& model, const mesh::Machine& machine,
                             const Observations& observations);
+
+/// What each of Observations::before leaves of it at the start, K. (r x before); none where the first readings agree
+Eigen::MatrixXd earlier_operation(const Nominal& nominal);
+
+/// Prior standard deviation of the uniform start, K.
+double start_std(const Observations& record);
 
 }  // namespace thermotwin::diagnosis

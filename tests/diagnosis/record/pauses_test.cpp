@@ -115,7 +115,7 @@ TEST(Pauses, OfManyInputsHaveLongerParts) {
     MatrixXd rows = MatrixXd::Zero(2, inputs);
     rows.row(1).setOnes();
     Observations obs = held_through(VectorXd::Zero(inputs), 14);
-    diagnosis::add_unknown_operation(rows, channels, watched, obs);
+    diagnosis::add_unknown_operation(rows, channels, watched, true, obs);
     EXPECT_LE(obs.may_hold.size(), 128U) << inputs;
     for (int c = 0; c < inputs; ++c) {
       double covered = 0.0;
@@ -143,7 +143,7 @@ TEST(Pauses, AnAxisMovesAsItDidOrStands) {
   const std::vector<diagnosis::Watched> watched{{0, 15000}};
   const auto others = [&](const VectorXd& held) {
     Observations obs = held_through(held, 0.08);
-    diagnosis::add_unknown_operation(rows, channels, watched, obs);
+    diagnosis::add_unknown_operation(rows, channels, watched, true, obs);
     return obs.may_hold;
   };
   const std::vector<Index> of_z{0, 1, 2, 3};
