@@ -40,6 +40,7 @@ struct Squares {
 template <class Pick>
 Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const Pick& pick) {
   const Observations& obs = problem.observations;
+  const VectorXd before = problem.settled(problem.predicted), after = problem.settled(predicted);
   Squares all{VectorXd::Zero(obs.intervals), VectorXd::Zero(obs.intervals), 0};
   std::vector<Index> first(obs.each().size(), obs.intervals);  // held-out interval of each record
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {
@@ -48,8 +49,8 @@ Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const
     const Index row = problem.first_row(k);
     for (Index i = channel.fitted; i < channel.size(); ++i) {
       const Index interval = channel.interval[i];
-      all.before[interval] += std::pow(problem.measured[row + i] - problem.predicted[row + i], 2);
-      all.after[interval] += std::pow(problem.measured[row + i] - predicted[row + i], 2);
+      all.before[interval] += std::pow(problem.measured[row + i] - before[row + i], 2);
+      all.after[interval] += std::pow(problem.measured[row + i] - after[row + i], 2);
       all.count += 1.0;
       first[channel.record] = std::min(first[channel.record], interval);
     }
@@ -90,6 +91,7 @@ std::pair<double, double> effects_um(const Problem& problem, const Hypothesis& b
 
 void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   const Observations& obs = problem.observations;
+  const VectorXd before = problem.settled(problem.predicted), after = problem.settled(best.predicted);
   const auto channels = std::ssize(obs.channels);
   out.series.source = "residuals.csv";
   out.series.columns = {"time_s"};
@@ -122,7 +124,7 @@ void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out)
     for (Index i = 0; i < channel.size(); ++i) {
       const Index at = channel.interval[i];
       out.series.values.row(at).segment(1 + 4 * k, 4) << problem.measured[row + i],
-          problem.measured[row + i] - problem.predicted[row + i], problem.measured[row + i] - best.predicted[row + i],
+          problem.measured[row + i] - before[row + i], problem.measured[row + i] - after[row + i],
           problem.expected_std[row + i];
     }
   }
@@ -137,13 +139,15 @@ void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out)
 }  // namespace
 
 double heldout_explained_percent(const Problem& problem, const VectorXd& predicted) {
+  const VectorXd without = problem.measured - problem.settled(problem.predicted),
+                 with = problem.measured - problem.settled(predicted);
   double before = 0.0, after = 0.0;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const ObservedChannel& channel = problem.observations.channels[k];
     const Index first = problem.first_row(k) + channel.fitted, n = channel.size() - channel.fitted;
     const Eigen::ArrayXd weight = problem.expected_std.segment(first, n).array().inverse();
-    before += ((problem.measured - problem.predicted).segment(first, n).array() * weight).square().sum();
-    after += ((problem.measured - predicted).segment(first, n).array() * weight).square().sum();
+    before += (without.segment(first, n).array() * weight).square().sum();
+    after += (with.segment(first, n).array() * weight).square().sum();
   }
   return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
 }
@@ -155,6 +159,7 @@ double heldout_misfit(const Problem& problem, const Hypothesis& h, const std::ve
     return !readings_only || std::any_of(h.members.begin(), h.members.end(),
                                          [&](int i) { return channel.is_called(problem.parameters[i].where); });
   };
+  const VectorXd without = problem.settled(problem.predicted), with = problem.settled(h.predicted);
   double before = 0.0, after = 0.0, change = 0.0, change_fitted = 0.0, heldout = 0.0, fitted = 0.0;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const ObservedChannel& channel = problem.observations.channels[k];
@@ -162,8 +167,8 @@ double heldout_misfit(const Problem& problem, const Hypothesis& h, const std::ve
       continue;
     const Index first = problem.first_row(k), n = channel.size(), late = n - channel.fitted;
     const Eigen::ArrayXd weight = problem.expected_std.segment(first, n).array().inverse();
-    const Eigen::ArrayXd off = (problem.measured - problem.predicted).segment(first, n).array() * weight;
-    const Eigen::ArrayXd moved = (h.predicted - problem.predicted).segment(first, n).array() * weight;
+    const Eigen::ArrayXd off = (problem.measured - without).segment(first, n).array() * weight;
+    const Eigen::ArrayXd moved = (with - without).segment(first, n).array() * weight;
     before += off.tail(late).square().sum();
     after += (off - moved).tail(late).square().sum();
     change += moved.tail(late).square().sum();
@@ -178,7 +183,8 @@ double heldout_misfit(const Problem& problem, const Hypothesis& h, const std::ve
 }
 
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
-  const VectorXd white = white_residual(problem, best);
+  const VectorXd white = white_residual(problem, best), before = problem.measured - problem.settled(problem.predicted),
+                 after = problem.measured - problem.settled(best.predicted);
   Index white_row = 0;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const ObservedChannel& channel = problem.observations.channels[k];
@@ -188,8 +194,8 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
     residual.unit = channel.channel.unit;
     residual.record = channel.record;
     residual.uncertainty = channel.channel.uncertainty;
-    residual.rms_before = root_mean_square((problem.measured - problem.predicted).segment(first, n));
-    residual.rms_after = root_mean_square((problem.measured - best.predicted).segment(first, n));
+    residual.rms_before = root_mean_square(before.segment(first, n));
+    residual.rms_after = root_mean_square(after.segment(first, n));
     residual.explained_std = root_mean_square(problem.expected_std.segment(first, n));
     residual.p_value_white = white_noise_p_value(white.segment(white_row, channel.fitted));
     white_row += channel.fitted;

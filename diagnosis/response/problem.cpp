@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
@@ -12,11 +13,14 @@
 #include "diagnosis/response/channel_errors.h"
 #include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/response/simpler_causes.h"
+#include "diagnosis/response/start_modes.h"
 #include "diagnosis/response/surroundings.h"
 
 namespace thermotwin::diagnosis {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 namespace {
 
@@ -33,7 +37,7 @@ void set_zeros(Problem& problem, const std::vector<std::size_t>& zeroed, Index f
     problem.prior_std[column_of(k)] = std::max(channels[k].channel.uncertainty, floor_of(channels[k]).noise);
   }
   for (const PointTest& test : problem.tests) {
-    const Eigen::VectorXd gains = gains_of(test);
+    const VectorXd gains = gains_of(test);
     for (Index k = 0; k < gains.size(); ++k) {
       const std::size_t of = test.channels[k];
       for (Index l = 0; l < gains.size(); ++l) {
@@ -51,12 +55,32 @@ void set_zeros(Problem& problem, const std::vector<std::size_t>& zeroed, Index f
 /// @param first  column of the mesh errors of all tests
 void set_mesh_errors(Problem& problem, const std::vector<TestErrors>& errors, Index first) {
   for (std::size_t t = 0; t < errors.size(); ++t) {
-    for (const Eigen::MatrixXd& one : errors[t].joint) {
+    for (const MatrixXd& one : errors[t].joint) {
       for (Index k = 0; k < one.cols(); ++k)
         problem.columns.col(first).segment(problem.first_row(problem.tests[t].channels[k]), one.rows()) = one.col(k);
       problem.prior_std[first++] = 1.0;
     }
   }
+}
+
+/// @param first, starts, held  columns of starts, and number of the last columns
+std::shared_ptr<const OpenState> open_state(const Problem& problem, Index first, Index starts, Index held) {
+  const auto each = problem.observations.each();
+  const auto is_open = [](const Observations& record) {
+    return begins_warm(record) ||
+           std::any_of(record.may_hold.begin(), record.may_hold.end(), [](const auto& may) { return may.in_pause; });
+  };
+  if (std::none_of(each.begin(), each.end(), is_open)) return nullptr;
+  const Whitener whitener(problem.fitted_covariance());
+  const MatrixXd white = whitener.whiten(problem.fitted(problem.columns));
+  MatrixXd precision = white.transpose() * white;
+  precision.diagonal() += problem.prior_std.cwiseMax(1e-9).cwiseAbs2().cwiseInverse();
+  std::vector<Index> open;
+  for (Index c = 0; c < problem.columns.cols(); ++c)
+    if ((c >= first && c < first + starts) || c >= problem.columns.cols() - held) open.push_back(c);
+  const MatrixXd estimates = precision.llt().solve(white.transpose());
+  return std::make_shared<const OpenState>(
+      OpenState{problem.columns(Eigen::all, open), estimates(open, Eigen::all), whitener});
 }
 
 }  // namespace
@@ -67,16 +91,16 @@ Index Problem::first_row(std::size_t channel) const {
   return row;
 }
 
-Eigen::MatrixXd Problem::decorrelated(const Eigen::MatrixXd& stacked) const {
+MatrixXd Problem::decorrelated(const MatrixXd& stacked) const {
   return tests.empty() ? stacked : with_sums(tests, observations, stacked);
 }
 
-Eigen::MatrixXd Problem::fitted(const Eigen::MatrixXd& as_measured) const {
-  const Eigen::MatrixXd sums = tests.empty() ? Eigen::MatrixXd() : decorrelated(as_measured);
-  const Eigen::MatrixXd& stacked = tests.empty() ? as_measured : sums;
+MatrixXd Problem::fitted(const MatrixXd& as_measured) const {
+  const MatrixXd sums = tests.empty() ? MatrixXd() : decorrelated(as_measured);
+  const MatrixXd& stacked = tests.empty() ? as_measured : sums;
   Index total = 0;
   for (const ObservedChannel& channel : observations.channels) total += channel.fitted;
-  Eigen::MatrixXd result(total, stacked.cols());
+  MatrixXd result(total, stacked.cols());
   Index from = 0, to = 0;
   for (const ObservedChannel& channel : observations.channels) {
     result.middleRows(to, channel.fitted) = stacked.middleRows(from, channel.fitted);
@@ -101,18 +125,24 @@ MachineInTime Problem::machine_around(const mesh::Machine& machine, const std::v
     moved.push_back(parameters[i]);
     values.push_back(nominal[i] + around[i]);
   }
-  return with_parameters(machine, moved, Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values)));
+  return with_parameters(machine, moved, Eigen::Map<VectorXd>(values.data(), std::ssize(values)));
 }
 
-Eigen::VectorXd Problem::moved_around(const std::vector<int>& but) const {
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(measured.size());
+VectorXd Problem::moved_around(const std::vector<int>& but) const {
+  VectorXd moved = VectorXd::Zero(measured.size());
   for (Index i = 0; i < around.size(); ++i)
     if (around[i] != 0.0 && std::find(but.begin(), but.end(), i) == but.end()) moved += around[i] * columns.col(i);
   return moved;
 }
 
+VectorXd Problem::settled(const VectorXd& predicted) const {
+  if (!open_state) return predicted;
+  return predicted +
+         open_state->columns * (open_state->gain * open_state->whitener.whiten(fitted(measured - predicted)));
+}
+
 Problem make_problem(const mesh::Machine& machine, Records records, Observations observations, const Response& response,
-                     const DiagnoseOptions& options, const Eigen::VectorXd& around) {
+                     const DiagnoseOptions& options, const VectorXd& around) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
@@ -126,7 +156,7 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   problem.nominal.resize(count);
   for (Index i = 0; i < count; ++i) problem.nominal[i] = problem.parameters[i].nominal;
 
-  problem.around = around.size() > 0 ? around : Eigen::VectorXd::Zero(count);
+  problem.around = around.size() > 0 ? around : VectorXd::Zero(count);
   const std::vector<Disturbance> wander = surroundings(machine, records, obs);
   Response::Linear linear =
       response.linearise(machine, problem.parameters, problem.nominal + problem.around, true, wander);
@@ -161,18 +191,19 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[k].std;
 
   set_covariances(problem, allowance, spread, errors);
+  problem.open_state = open_state(problem, count, starts, held);
   problem.expected_std = expected_std(problem);
   drop_causes_like_simpler_ones(machine, problem);
   return problem;
 }
 
-void add_parameter(Problem& problem, const Parameter& parameter, const Eigen::VectorXd& column) {
+void add_parameter(Problem& problem, const Parameter& parameter, const VectorXd& column) {
   const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
   problem.parameters.push_back(parameter);
   problem.nominal.conservativeResize(at + 1);
   problem.nominal[at] = parameter.nominal;
-  const Eigen::MatrixXd behind = problem.columns.rightCols(rest);
-  const Eigen::VectorXd std_behind = problem.prior_std.tail(rest);
+  const MatrixXd behind = problem.columns.rightCols(rest);
+  const VectorXd std_behind = problem.prior_std.tail(rest);
   problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
   problem.prior_std.conservativeResize(at + 1 + rest);
   problem.columns.col(at) = column;

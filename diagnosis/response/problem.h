@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,13 @@
 #include "diagnosis/statistics/covariance.h"
 
 namespace thermotwin::diagnosis {
+
+/// What a record leaves open of the machine's state: how warm it began, and what ran before it and in its pauses.
+struct OpenState {
+  Eigen::MatrixXd columns;  ///< (observations x k)
+  Eigen::MatrixXd gain;     ///< (k x fitted) their estimates from white residuals, all else as uncertain as stated
+  Whitener whitener;
+};
 
 struct Problem {
   Observations observations;
@@ -37,7 +45,12 @@ struct Problem {
   /// Per channel, all its times. Of a test's channels that of the sum in the channel's place, see decorrelated().
   std::vector<ChannelCovariance> covariance;
   Eigen::VectorXd amplitude;  ///< (channels) RMS change from the start, in the channel's unit; of a test's of its sums
-  Eigen::VectorXd expected_std;  ///< (observations) of measured minus predicted without a cause
+  Eigen::VectorXd expected_std;                 ///< (observations) of measured minus predicted without a cause
+  std::shared_ptr<const OpenState> open_state;  ///< null: the machine began alike everywhere, and the log has no pause
+
+  /// @param predicted  (observations)
+  /// @return the same with the open state as the fitted part tells it; before and after a correction it is another
+  Eigen::VectorXd settled(const Eigen::VectorXd& predicted) const;
 
   /// @return the rows with sums of independent errors in place of a test's channels
   /// @param stacked  (observations x any)

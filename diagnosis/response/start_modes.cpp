@@ -24,8 +24,6 @@ constexpr double start_std_K = 0.2;   ///< of the uniform start, beside its spre
 constexpr double warm_start_K = 1.0;  ///< from which on two first readings tell that something ran before
 constexpr double shortest_step_s = 60;
 
-bool is_even(const Observations& of) { return of.start_spread_K < even_start_K && of.start_second_K < warm_start_K; }
-
 /// The time before the record, with the operation of its first row, in steps that get shorter.
 Observations time_before(const Observations& of) {
   Observations before;
@@ -66,12 +64,16 @@ MatrixXd start_modes(const reduction::ReducedModel& model, const mesh::Machine& 
   return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);
 }
 
+bool begins_warm(const Observations& record) {
+  return record.start_spread_K >= even_start_K || record.start_second_K >= warm_start_K;
+}
+
 double start_std(const Observations& record) { return std::hypot(start_std_K, record.start_spread_K); }
 
 MatrixXd earlier_operation(const Nominal& nominal) {
   const Observations& of = nominal.observations;
   const Index r = nominal.model.system.order();
-  if (is_even(of)) return MatrixXd(r, 0);
+  if (!begins_warm(of)) return MatrixXd(r, 0);
   const Observations before = time_before(of);
   std::vector<Variant> variants;
   for (const Observations::MayHold& may : of.before) variants.push_back({.machine = nominal.machine, .held = &may});

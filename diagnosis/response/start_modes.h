@@ -26,6 +26,9 @@ Eigen::MatrixXd start_modes(const reduction::ReducedModel& model, const mesh::Ma
 /// What each of Observations::before leaves of it at the start, K. (r x before); none where the first readings agree
 Eigen::MatrixXd earlier_operation(const Nominal& nominal);
 
+/// Whether first readings tell that something ran before the record.
+bool begins_warm(const Observations& record);
+
 /// Prior standard deviation of the uniform start, K.
 double start_std(const Observations& record);
 

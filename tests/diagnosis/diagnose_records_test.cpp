@@ -135,7 +135,7 @@ TEST(DiagnoseRecords, ResponsesAreThoseOfEachRecord) {
     EXPECT_EQ(together.predicted.segment(row, n), alone.predicted);
     EXPECT_EQ(together.sensitivity.middleRows(row, n), alone.sensitivity);
     EXPECT_EQ(together.start.block(row, column, n, starts), alone.start);
-    EXPECT_EQ(together.starts[k], starts);
+    EXPECT_EQ(together.start_std.segment(column, starts), alone.start_std);
     row += n;
     column += starts;
   }

@@ -14,6 +14,7 @@
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/response/problem.h"
 #include "diagnosis/response/response.h"
+#include "diagnosis/response/start_modes.h"
 #include "tests/diagnosis/diagnosed_rods.h"
 
 namespace {
@@ -258,6 +259,62 @@ TEST(Pauses, LeaveACauseToBeFound) {
       lumped::measure({{lumped::find(Kind::source_power, "motor"), 1.6}}, {.sample_s = 300, .seed = 34, .spread = 0.5}),
       11.75, 18.25));
   lumped::expect_found(d, lumped::find(Kind::source_power, "motor"), 1.6, 0.2);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << lumped::listed(d);
+}
+
+/// Without the first hours: the machine is at work, and warm, when the record begins.
+compensation::Measurement begun_late(compensation::Measurement m, double from_h) {
+  Index first = 0;
+  while (m.data.values(first, 0) < from_h * hour) ++first;
+  const MatrixXd kept = m.data.values.bottomRows(m.data.rows() - first);
+  m.data.values = kept;
+  for (const auto& channel : m.channels)
+    if (channel.zero == compensation::Zero::first)
+      m.data.values.col(channel.column).array() -= m.data.values(0, channel.column);
+  return m;
+}
+
+TEST(EarlierOperation, IsWhatALongerRecordWouldShow) {
+  // At 5 h the spindle has run for two hours at 6000 rpm; a field of a longer run of the model begins the record.
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 9);
+  const Observations obs = observed(begun_late(lumped::measure({}, {.hours = 24, .noise_K = 0, .noise_um = 0}), 5.0));
+  ASSERT_FALSE(obs.before.empty());
+  EXPECT_NEAR(obs.before.front().to, 5.0 * hour, 1e-6);
+  EXPECT_NEAR(obs.before.back().from, (5.0 - 36.0) * hour, 1e-6);
+  const diagnosis::MachineInTime as_stated(machine);
+  const MatrixXd rows = MatrixXd::Zero(1, model.system.order());
+  const MatrixXd fields = diagnosis::earlier_operation({model, obs, as_stated, rows, model.system.capacity});
+  ASSERT_EQ(fields.cols(), std::ssize(obs.before));
+  const int rpm = solver::Channels(machine).index("spindle.speed_rpm");
+  double largest = 0.0;
+  for (Index i = 0; i < fields.cols(); ++i) {
+    if (obs.before[i].channels.front() != rpm) continue;
+    const VectorXd read = model.system.sensors * fields.col(i);
+    EXPECT_LT(read.maxCoeff(), 0.05) << "the spindle stood instead";
+    largest = std::max(largest, -read.minCoeff());
+  }
+  EXPECT_GT(largest, 1.0);
+  Observations even = obs;
+  even.start_spread_K = 0.2;
+  even.start_second_K = 0.9;
+  EXPECT_EQ(diagnosis::earlier_operation({model, even, as_stated, rows, model.system.capacity}).cols(), 0);
+}
+
+// At 8 h the spindle has run for five hours, and stands from 9 h on.
+TEST(EarlierOperation, RaisesNoAlarm) {
+  for (std::uint64_t seed = 41; seed <= 43; ++seed) {
+    const Diagnosis d =
+        lumped::run(begun_late(lumped::measure({}, {.sample_s = 300, .seed = seed, .spread = 0.5}), 8.0));
+    EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << seed << lumped::listed(d);
+  }
+}
+
+TEST(EarlierOperation, LeavesACauseToBeFound) {
+  const Diagnosis d = lumped::run(begun_late(
+      lumped::measure({{lumped::find(Kind::source_power, "motor"), 1.6}}, {.sample_s = 300, .seed = 44, .spread = 0.5}),
+      8.0));
+  lumped::expect_found(d, lumped::find(Kind::source_power, "motor"), 1.6, 0.25);
   EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << lumped::listed(d);
 }
 
