@@ -20,8 +20,9 @@ struct Watched {
 /// Each watched input, and each axis, may have been another one in any part of a pause than what the model takes: what
 /// runs with at least half of its largest value stood, anything else ran as fast as ever in the record, and an axis
 /// stood where it is farthest from there. The last part of a pause takes 5 min, those before it get longer, so that the
-/// rows after it can tell them apart. The same holds of the time before the record. Adds to may_hold, and fills before. Where there are too many, parts are longer; pauses that still
-/// do not fit are left out, the shortest first. The steps of the model are there already.
+/// rows after it can tell them apart. The same holds of the time before the record. Adds to may_hold, and fills before.
+/// Where there are too many, parts are longer; pauses that still do not fit are left out, the shortest first. The steps
+/// of the model are there already.
 /// @param rows  (rows x channels of the machine)  @param inputs  the machine's channels
 /// @param watched    those that the record has a column of
 /// @param in_pauses  whether anything may have run in them

@@ -42,8 +42,8 @@ public:
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
-    /// (observations x starts) per K of the uniform start and of slow modes of the machine, then per whole share of what
-    /// may have run before, see start_modes.h, if asked for
+    /// (observations x starts) per K of the uniform start and of slow modes of the machine, then per whole share of
+    /// what may have run before, see start_modes.h, if asked for
     Eigen::MatrixXd start;
     Eigen::VectorXd start_std;  ///< (starts) prior standard deviations
     Eigen::MatrixXd held;       ///< (observations x may_hold) where those inputs hold all of their while, if asked for

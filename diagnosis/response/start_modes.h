@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The temperature field of a machine that was not in equilibrium when a record began: its slowest modes, and what it was
-// warmed by before.
+// The temperature field of a machine that was not in equilibrium when a record began: its slowest modes, and what
+// warmed it before.
 
 #include <Eigen/Core>
 
