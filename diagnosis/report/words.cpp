@@ -314,12 +314,12 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   if (!constant.empty()) {
     warnings.push_back("Constant in all of the record, probably stuck: " + core::join(constant) + ".");
   }
-  if (obs.start_spread_K >= even_start_K) {
-    warnings.push_back(
-        fmt::format("The first readings differ by {:.2g} K: the machine was not in thermal equilibrium when the record "
-                    "began. Its initial temperature field was estimated from {} sensors and the slowest thermal modes "
-                    "of the model. A record that begins in equilibrium is more informative.",
-                    obs.start_spread_K, machine.sensors.size()));
+  if (begins_warm(obs)) {
+    warnings.push_back(fmt::format(
+        "The first readings differ by {:.2g} K: the machine was not in thermal equilibrium when the record began. Its "
+        "initial temperature field was estimated from {} sensors, and what ran before is taken as unknown. A record "
+        "that begins in equilibrium is more informative.",
+        std::max(obs.start_spread_K, obs.start_second_K), machine.sensors.size()));
   }
   std::set<double> unknown;  // ends of the pauses in which anything may have run
   for (const Observations::MayHold& may : obs.may_hold)
