@@ -129,7 +129,7 @@ protected:
               "--length-study", "output_error", "dx@1", "--out", out}},
             {"validate", {"validate", toy_case().string(), "--model", model, "--draws", "20", "--out", out}},
             {"simulate", {"simulate", toy_case().string(), "--load", "mixed", "--size", "0.3", "--out", out}},
-            {"export", {"export", toy_case().string(), "--matrices", "--size", "0.25", "--out", out}}};
+            {"export", {"export", toy_case().string(), "--matrices", "--size", "0.16", "--out", out}}};
   }
   const core::TemporaryFolder folder_;
 };

@@ -218,7 +218,11 @@ TEST(Response, StartTangentEqualsAnotherStart) {
   const Response response(model, obs);
   const Eigen::MatrixXd modes = response.start_modes(machine);
   ASSERT_GT(modes.cols(), 1);
-  EXPECT_EQ(response.linearise(machine, {}, VectorXd(), true).start.cols(), 1 + modes.cols());
+  const auto warm = response.linearise(machine, {}, VectorXd(), true);
+  EXPECT_EQ(warm.start.cols(), 1 + modes.cols() + std::ssize(obs.before));
+  EXPECT_EQ(warm.start_std.size(), warm.start.cols());
+  EXPECT_NEAR(warm.start_std[modes.cols()], std::hypot(0.2, 1.0), 1e-9);
+  EXPECT_NEAR(warm.start_std.tail(1)[0], std::sqrt(1.0 / 3.0), 1e-9) << "of a share of what may have run";
   const Eigen::MatrixXd gram = modes.transpose() * model.system.capacity * modes;
   const double of_one_kelvin = model.system.one_kelvin.dot(model.system.capacity * model.system.one_kelvin);
   EXPECT_LT((gram / of_one_kelvin - Eigen::MatrixXd::Identity(modes.cols(), modes.cols())).norm(), 1e-9);
