@@ -244,13 +244,15 @@ void doubt_connections(const std::vector<ConnectionDoubt>& doubts, Diagnosis& d)
 }
 
 /// What speaks against an explanation leaves it open.
-void doubt(const mesh::Machine& machine, Records records, const Strain& strain, Diagnosis& d) {
+void doubt(const mesh::Machine& machine, Records records, const Observations& seen, const Strain& strain,
+           Diagnosis& d) {
   const std::string worse = worsened(d);
   std::set<std::string> switched;
   for (const mesh::FilmSpec& film : machine.films)
     if (!film.state.empty()) switched.insert(film.id);
   std::vector<std::string> doubts{uncertain_size(d), at_bound(d, switched), worse};
   for (const compensation::Measurement& record : records) doubts.push_back(perhaps_unrecorded(machine, record, d));
+  for (const Observations& record : seen.each()) doubts.push_back(perhaps_steady_heat(record, d));
   for (const std::string& one : doubts)
     if (d.verdict == Verdict::explained && !one.empty()) leave_open(one, d);
   leave_one_heat_open(machine, d);
@@ -334,7 +336,7 @@ Diagnosis diagnose_all(const reduction::ReducedModel& model, Records records, co
     withdraw(problem, look.strain, objection, found, best, d);
   const std::vector<ConnectionDoubt> connections = connection_doubts(problem);
   doubt_connections(connections, d);
-  doubt(machine, records, look.strain, d);
+  doubt(machine, records, problem.observations, look.strain, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   advise(problem, found, model, options, d);

@@ -12,6 +12,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/ranking.h"
+#include "diagnosis/response/start_modes.h"
 
 namespace thermotwin::diagnosis {
 
@@ -160,6 +161,18 @@ std::string at_bound(const Diagnosis& d, const std::set<std::string>& switched) 
                          cause.value);
     if (!is_at_bound(cause)) continue;
     return fmt::format("the {} of {} is the largest that is looked for, {:.3g}", p.name, name_of(p), p.high);
+  }
+  return "";
+}
+
+std::string perhaps_steady_heat(const Observations& record, const Diagnosis& diagnosis) {
+  if (!begins_warm(record)) return "";
+  for (const RankedCause& cause : diagnosis.causes) {
+    if (cause.parameter.kind == Kind::sensor_offset)
+      return fmt::format(
+          "the machine was at work when the record began, and steady heat near {} that had begun before looks like an "
+          "offset of this sensor (a record that begins in equilibrium decides)",
+          cause.parameter.where);
   }
   return "";
 }

@@ -38,6 +38,10 @@ std::string uncertain_size(const Diagnosis& diagnosis);
 /// @param switched  ids of films that a state switches off: fluid that does not flow transfers no heat
 std::string at_bound(const Diagnosis& diagnosis, const std::set<std::string>& switched = {});
 
+/// @return why a named offset of a sensor does not explain: in a record that begins warm, steady heat beside the sensor
+///   that had begun before looks alike; empty: none is
+std::string perhaps_steady_heat(const Observations& record, const Diagnosis& diagnosis);
+
 /// @return whether the named causes are certain, but an unknown cause acts as well
 bool only_unknown_shares(const Diagnosis& diagnosis);
 

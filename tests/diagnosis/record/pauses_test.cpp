@@ -310,6 +310,16 @@ TEST(EarlierOperation, RaisesNoAlarm) {
   }
 }
 
+// Steady heat that had begun before the record moves no probe, which are zero at its first row.
+TEST(EarlierOperation, MayBeWhatLooksLikeAnOffset) {
+  const auto m =
+      lumped::measure({{lumped::find(Kind::sensor_offset, "T4_reading"), 3.0}}, {.sample_s = 300, .seed = 45});
+  EXPECT_EQ(lumped::run(m).verdict, diagnosis::Verdict::explained);
+  const Diagnosis d = lumped::run(begun_late(m, 8.0));
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous) << lumped::listed(d);
+  EXPECT_NE(d.sentence.find("steady heat near T4_reading"), std::string::npos) << d.sentence;
+}
+
 TEST(EarlierOperation, LeavesACauseToBeFound) {
   const Diagnosis d = lumped::run(begun_late(
       lumped::measure({{lumped::find(Kind::source_power, "motor"), 1.6}}, {.sample_s = 300, .seed = 44, .spread = 0.5}),
