@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "core/error.h"
 #include "mesh/machine_mesh.h"
@@ -40,11 +41,17 @@ Eigen::Index nodes_of_mesh(const mesh::Machine& machine, double size_factor, con
 
 double model_bytes(Eigen::Index nodes) { return nodes > 0 ? process_bytes + bytes_per_node * nodes : 0.0; }
 
-void require_disk(const fs::path& study, double bytes) {
+double free_disk(fs::path folder) {
   std::error_code error;
-  const fs::space_info space = fs::space(study, error);
-  const double available = space.available;
-  if (error || available >= bytes) return;
+  for (folder = fs::absolute(folder); !fs::exists(folder, error) && folder.has_relative_path();)
+    folder = folder.parent_path();
+  const fs::space_info space = fs::space(folder, error);
+  return error ? std::numeric_limits<double>::infinity() : 1.0 * space.available;
+}
+
+void require_disk(const fs::path& study, double bytes) {
+  const double available = free_disk(study);
+  if (available >= bytes) return;
   throw core::InputError(
       study.string(), fmt::format("the tables take {:.3g} GiB, {:.3g} GiB are available", bytes / GiB, available / GiB),
       "a disk with room for them, or fewer or shorter runs");

@@ -35,6 +35,9 @@ Eigen::Index nodes_of_mesh(const mesh::Machine& machine, double size_factor, con
 /// What a process with a full model of this mesh holds at least, bytes.
 double model_bytes(Eigen::Index nodes);
 
+/// @return bytes that are free where the folder is, or where the nearest one above it is; infinite: not known
+double free_disk(std::filesystem::path folder);
+
 /// @param bytes  of the tables that are still to be written  @throws InputError if the disk has no room for them
 void require_disk(const std::filesystem::path& study, double bytes);
 

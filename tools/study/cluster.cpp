@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <optional>
 
@@ -56,20 +57,11 @@ void require_resources(const ClusterOptions& cluster, const UnitStudy& study) {
     study::require_memory(needs.memory, study.origin.string(), solver::available_memory());
 }
 
-/// Of the folder, or of the nearest one above it that is there; 0: not known.
-double free_disk(fs::path folder) {
-  std::error_code error;
-  for (folder = fs::absolute(folder); !fs::exists(folder, error) && folder.has_relative_path();)
-    folder = folder.parent_path();
-  const fs::space_info space = fs::space(folder, error);
-  return error ? 0.0 : static_cast<double>(space.available);
-}
-
 void print_dry_run(const CommonOptions& options, const UnitStudy& study, const Needs& needs) {
   const std::size_t all = study.units.size(), left = needs.pending.size();
   std::vector<std::string> words;
   for (const std::size_t u : needs.pending) words.push_back(study.units[u].words);
-  const double disk = needs.disk_bytes / study::GiB, free = free_disk(study.folder) / study::GiB;
+  const double disk = needs.disk_bytes / study::GiB, free = study::free_disk(study.folder) / study::GiB;
   const double memory = needs.memory.bytes / study::GiB, available = solver::available_memory() / study::GiB;
   std::string text = fmt::format("{} of {} units are to be computed, {} are done\n", left, all, all - left);
   for (std::size_t k = 0; k < std::min(left, most_shown); ++k) text += "  " + words[k] + "\n";
@@ -84,7 +76,7 @@ void print_dry_run(const CommonOptions& options, const UnitStudy& study, const N
                         {"done", all - left},
                         {"to_compute", words},
                         {"disk_GiB", disk},
-                        {"free_disk_GiB", free},
+                        {"free_disk_GiB", std::isfinite(free) ? json(free) : json()},
                         {"memory_GiB", memory > 0 ? json(memory) : json()},
                         {"available_memory_GiB", available}};
   print_summary(options, text, summary.dump());
